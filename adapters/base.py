@@ -1,0 +1,114 @@
+"""What an adapter is: it draws a Scene with one renderer and declares what the judge must know about that renderer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.scene import Scene
+
+Pixels = npt.NDArray[np.float32]
+Filter = Literal["point", "box", "tent", "gaussian", "unknown"]
+
+
+class RendererMissingError(NotabugError):
+    """The renderer is not installed: the message says how to install it."""
+
+
+class RendererError(NotabugError):
+    """The renderer ran and failed: no image, a crash, a time-out. ``log`` holds what it printed."""
+
+    log: str = ""
+
+
+class UnsupportedError(NotabugError):
+    """The scene needs a capability that the adapter does not have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """What the judge must know about a renderer's pictures.
+
+    Attributes
+    ----------
+    precision : arithmetic of the renderer's intersections.
+    filter, radius : pixel filter and its radius in pixels (0.5 for box, 0 for point).
+    quantum : the step of the output's encoding at 1.0 (1/65535 for 16-bit integers, 2**-11 relative for half floats).
+    relative_quantum : True where the step scales with the value (floating-point output).
+    noisy : True where another seed gives another picture.
+    ngon_split : the diagonal by which n-gons are cut before the renderer sees them: ``02`` joins corner 0 and 2;
+        "" where n-gons keep their bilinear map.
+    silhouette : what becomes of an interpolated normal that faces away from the viewer.
+    """
+
+    precision: Literal["float32", "float64"]
+    filter: Filter
+    radius: float
+    quantum: float
+    relative_quantum: bool
+    noisy: bool
+    ngon_split: Literal["", "02", "13"] = ""
+    silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """An installed renderer: where it is and which version, and remarks for ``notabug doctor``."""
+
+    version: str
+    where: str
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """How well to render: ``samples`` per pixel (0: the adapter's default) for each seed in ``seeds``.
+
+    A deterministic adapter draws one picture whatever the seeds. ``threads`` 0 means all cores.
+    """
+
+    samples: int = 0
+    seeds: tuple[int, ...] = (0, 1, 2, 3)
+    threads: int = 0
+    timeout: float = 600.0  # seconds of wall time for the whole job
+
+
+@dataclass(frozen=True, slots=True)
+class Render:
+    """One picture that came back: a linear float32 EXR at ``image``, and how it was made."""
+
+    image: Path
+    seed: int
+    samples: int
+    seconds: float  # wall time of the renderer, process start included, shared equally among a job's seeds
+    command: tuple[str, ...] = ()
+    log: str = ""
+
+
+class Adapter(Protocol):
+    """Draws scenes with one renderer. An adapter is one file that ends by registering itself.
+
+    ``capabilities`` answers a card's ``requires`` and the scene's content: see ``adapters.registry.needs``.
+    """
+
+    name: str
+    capabilities: frozenset[str]
+    install: str  # one line: how to get the renderer
+
+    def declaration(self, quality: Quality) -> Declaration: ...
+
+    def find(self) -> Found:
+        """Where the renderer is; raises RendererMissingError with the install line where it is not."""
+        ...
+
+    def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        """Draw ``scene`` into files in the folder ``out`` (which exists), one per seed.
+
+        Raises UnsupportedError, RendererMissingError or RendererError; never returns a picture it did not make now.
+        """
+        ...

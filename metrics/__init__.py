@@ -1,0 +1,1 @@
+"""The judge: from pictures and predictions to a Verdict with its Findings."""

@@ -1,0 +1,73 @@
+"""Verdict and Finding: what the judge says of a picture. Both round-trip through JSON by ``as_dict`` and ``from_dict``."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+Word = Literal["pass", "limitation", "bug", "inconclusive", "unsupported", "error"]
+
+GLYPH: dict[str, str] = {
+    "pass": "✓",
+    "limitation": "≈",
+    "bug": "✗",
+    "inconclusive": "?",
+    "unsupported": "–",
+    "error": "!",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One region that deviates, with its explanation.
+
+    ``area_px`` is the sum of alpha (the share of a pixel that the artifact takes) over the region's pixels, so noise and
+    filter do not move it. ``jnd`` is the 95th percentile of ICtCp's Delta E_ITP over the region (1: just noticeable).
+    ``z`` is the largest significance: |residual| in units of its standard error (or of the tolerance when there is no
+    noise). ``region`` is [x0, y0, x1, y1) in pixels, y down.
+    """
+
+    kind: Literal["limitation", "convention", "bug"]
+    name: str
+    area_px: float
+    region: tuple[int, int, int, int]
+    jnd: float = 0.0
+    z: float = 0.0
+    visible: bool = True
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """One leg of the way reference -> nearest admissible picture -> picture, in perceptual units (0 when empty)."""
+
+    pixels: int = 0
+    flip: float = 0.0  # mean FLIP over the picture
+    flip_max: float = 0.0
+    itp: float = 0.0  # 95th percentile of Delta E_ITP over the leg's pixels
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The verdict on one picture (all seeds of it together)."""
+
+    word: Word
+    findings: tuple[Finding, ...] = ()
+    legs: dict[str, Leg] = field(default_factory=lambda: {"limitation": Leg(), "bug": Leg()})
+    triggers: tuple[str, ...] = ()  # which tests fired: pixels, tile, gain, shift, invalid
+    message: str = ""  # one sentence for people
+    numbers: dict[str, float] = field(default_factory=dict)  # rmse, gain, shift_x, shift_y, freedom ...
+
+    def as_dict(self) -> dict[str, Any]:
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> Verdict:
+        return cls(
+            word=data["word"],
+            findings=tuple(Finding(**{**each, "region": tuple(each["region"])}) for each in data["findings"]),
+            legs={name: Leg(**each) for name, each in data["legs"].items()},
+            triggers=tuple(data["triggers"]),
+            message=data["message"],
+            numbers=dict(data["numbers"]),
+        )

@@ -1,0 +1,1 @@
+"""The truth: in-house renderers and the models that predict what a renderer may legitimately draw."""

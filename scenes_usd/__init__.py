@@ -1,0 +1,1 @@
+"""The corpus: canonical scenes as OpenUSD stages, and the reader that turns one into a Scene."""

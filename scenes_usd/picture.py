@@ -1,0 +1,107 @@
+"""Picture files: read any format OpenImageIO knows, write EXR; a damaged file is a clear error, never a guess."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.scenes_usd.errors import NotabugError
+
+Pixels = npt.NDArray[np.float32]
+
+MAX_PIXELS = 1 << 26  # 8192 x 8192: a header that claims more is refused before anything is allocated
+
+
+class PictureError(NotabugError):
+    """A picture that cannot be read: missing, empty, truncated, not a picture, absurdly large."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """``pixels`` (h, w, 3) float32 as stored (no colour conversion; integers scaled to 0..1), row 0 at the top.
+
+    ``quantum`` is the step of the file's number format at 1.0, ``relative_quantum`` whether it scales with the value.
+    """
+
+    pixels: Pixels
+    channels: int
+    quantum: float
+    relative_quantum: bool
+    metadata: Mapping[str, str]
+
+
+_QUANTUM = {
+    "uint8": (1 / 255, False),
+    "uint16": (1 / 65535, False),
+    "half": (2.0**-11, True),
+    "float": (2.0**-24, True),
+}
+
+
+def read_picture(path: Path) -> Picture:
+    """Read the first image in ``path``. One channel is repeated to three; alpha and further channels are left out."""
+    import OpenImageIO as oiio
+
+    where = str(path)
+    if not path.is_file():
+        raise PictureError("no such file", where=where, do="check the path")
+    if path.stat().st_size == 0:
+        raise PictureError("the file is empty (0 bytes)", where=where, do="the renderer was stopped before it wrote")
+    source = oiio.ImageInput.open(where)
+    if source is None:
+        reason = " ".join(oiio.geterror().split())
+        raise PictureError(f"not a picture ({reason})", where=where, expected="EXR, PNG, TIFF, HDR or PFM")
+    try:
+        spec = source.spec()
+        if spec.width * spec.height > MAX_PIXELS or spec.nchannels > 64:
+            raise PictureError(
+                f"the header claims {spec.width} x {spec.height} pixels of {spec.nchannels} channels",
+                where=where,
+                expected=f"at most {MAX_PIXELS} pixels",
+            )
+        data = source.read_image(oiio.FLOAT)
+        problem = " ".join(source.geterror().split())
+        if data is None or problem:
+            raise PictureError(
+                f"the file is damaged or truncated ({problem})",
+                where=where,
+                do="render it again; the copy is incomplete",
+            )
+        stored = str(spec.format)
+        metadata = {str(each.name): str(each.value) for each in spec.extra_attribs}
+    finally:
+        source.close()
+    pixels = np.asarray(data, np.float32).reshape(spec.height, spec.width, -1)
+    channels = int(pixels.shape[2])
+    pixels = np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else np.ascontiguousarray(pixels[:, :, :3])
+    quantum, relative = _QUANTUM.get(stored, (2.0**-24, True))
+    return Picture(pixels, channels, quantum, relative, metadata)
+
+
+def write_exr(
+    path: Path, pixels: npt.NDArray[np.floating], *, half: bool = False, metadata: Mapping[str, str] = {}
+) -> None:  # noqa: B006 - a read-only mapping
+    """Write (h, w, c) pixels as a zip-compressed EXR, atomically: the file is complete or not there."""
+    import OpenImageIO as oiio
+
+    height, width, channels = pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, oiio.HALF if half else oiio.FLOAT)
+    spec.attribute("compression", "zip")
+    spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
+    for key, value in metadata.items():
+        spec.attribute(key, value)
+    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.exr")
+    target = oiio.ImageOutput.create(str(partial))
+    if target is None or not target.open(str(partial), spec):
+        raise PictureError(f"cannot write ({oiio.geterror()})", where=str(path), do="is the folder writable?")
+    done = target.write_image(np.ascontiguousarray(pixels, np.float32))
+    done = target.close() and done
+    if not done:
+        partial.unlink(missing_ok=True)
+        raise PictureError(f"cannot write ({target.geterror()})", where=str(path), do="is the disk full?")
+    partial.replace(path)

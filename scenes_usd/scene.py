@@ -1,0 +1,211 @@
+"""Scene: what a renderer is asked to draw, as plain arrays.
+
+World space is right-handed and metres-free: lengths are the stage's own units, and colours are linear, scene-referred
+RGB with Rec. 709 primaries. All arrays are float64 and C-contiguous, and not to be written to.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A scene's card: customData ``notabug`` on the default prim (see docs of the scene contract)."""
+
+    artifact_class: str
+    claim: str
+    requires: frozenset[str] = frozenset()
+    figure: str = ""
+    cites: str = ""
+    intent: str = ""  # path of the guide prim that the picture is meant to show; "" where meshes mean themselves
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Texture:
+    """A bilinear texture.
+
+    ``pixels`` is (h, w, 3), linear, row 0 at the top of the picture, i.e. at v = 1. ``colour_space`` is that of the
+    file: ``raw`` or ``sRGB``; ``pixels`` are decoded.
+    """
+
+    path: Path
+    pixels: Floats
+    wrap_s: Literal["repeat", "clamp"] = "repeat"
+    wrap_t: Literal["repeat", "clamp"] = "repeat"
+    colour_space: Literal["raw", "sRGB"] = "raw"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Material:
+    """Lambert plus a Phong or Blinn lobe, mirror and transmission; every colour is a (3,) tuple.
+
+    Radiance = sum over lights of shadow * E * (diffuse * N.L + specular * lobe * [N.L if cosine_weighted]) / pi
+    where N.L > 0, + mirror * L(reflected) + transmission * L(refracted).
+    """
+
+    path: str
+    diffuse: tuple[float, float, float]
+    texture: int = -1  # index into Scene.textures; replaces ``diffuse``
+    specular: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    exponent: float = 1.0
+    lobe: Literal["phong", "blinn"] = "phong"
+    cosine_weighted: bool = False
+    mirror: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    transmission: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    ior: float = 1.0
+    opacity: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """A polygon mesh in world space.
+
+    Attributes
+    ----------
+    points : (p, 3) world positions.
+    counts : (f,) corners per face, each >= 3.
+    corners : (c,) index into ``points`` per face corner, c = sum(counts), counter-clockwise seen from outside (the
+        reader has already turned left-handed and mirrored meshes round).
+    normals : (c, 3) unit normals per face corner, world space (by the inverse transpose), or None: flat facets.
+    uv : (c, 2) texture coordinates per face corner, v = 0 at the bottom, or None.
+    to_world : (4, 4) the prim's local-to-world matrix, row vectors (USD's convention: p_world = p_local @ to_world).
+    """
+
+    path: str
+    points: Floats
+    counts: Ints
+    corners: Ints
+    material: int
+    normals: Floats | None = None
+    uv: Floats | None = None
+    to_world: Floats = field(default_factory=lambda: np.eye(4))
+
+    @property
+    def has_ngons(self) -> bool:
+        return bool((self.counts > 3).any())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sphere:
+    """An analytic sphere of ``radius`` about the local origin; ``to_world`` (4, 4), row vectors, may be any affine."""
+
+    path: str
+    radius: float
+    material: int
+    to_world: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Light:
+    """A delta light.
+
+    ``point``: at ``position`` with radiant ``intensity`` [W/sr] per channel: E = intensity / d^2.
+    ``distant``: shining along unit ``direction`` with irradiance ``intensity`` [W/m^2] at normal incidence.
+    """
+
+    path: str
+    kind: Literal["point", "distant"]
+    intensity: tuple[float, float, float]
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Camera:
+    """A pinhole looking along its local -z with +y up.
+
+    ``to_world`` (4, 4) row vectors, rotation and translation only. The ray through raster position (x, y), y down, of a
+    W x H picture has the local direction ((2x/W - 1) tan_x, (1 - 2y/H) tan_y, -1); pixel centres are at +0.5.
+    """
+
+    path: str
+    to_world: Floats
+    tan_x: float  # half the horizontal aperture over the focal length
+    tan_y: float
+    near: float
+    far: float
+
+
+Object = Mesh | Sphere
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """One stage with one choice of variants. ``objects`` keep the stage's order (ties go to the first)."""
+
+    id: str  # "<class>/<scene>", or the file's stem for a scene outside the corpus
+    path: Path
+    variants: Mapping[str, str]
+    card: Card
+    camera: Camera
+    width: int
+    height: int
+    objects: tuple[Object, ...]
+    lights: tuple[Light, ...]
+    materials: tuple[Material, ...]
+    textures: tuple[Texture, ...] = ()
+    intent: Mesh | None = None  # the guide mesh, when the card names one
+
+    @property
+    def variant(self) -> str:
+        """The choice as written on a command line: ``set=name`` joined by commas, in alphabetical order."""
+        return ",".join(f"{key}={value}" for key, value in sorted(self.variants.items()))
+
+    @property
+    def meshes(self) -> Iterator[Mesh]:
+        return (each for each in self.objects if isinstance(each, Mesh))
+
+    @property
+    def spheres(self) -> Iterator[Sphere]:
+        return (each for each in self.objects if isinstance(each, Sphere))
+
+    def as_intended(self) -> Scene:
+        """The scene with the intent in the place of what stands for it: every object under the intent's parent."""
+        if self.intent is None:
+            return self
+        parent = self.intent.path.rsplit("/", 1)[0] + "/"
+        first = next((i for i, each in enumerate(self.objects) if each.path.startswith(parent)), len(self.objects))
+        kept = [each for each in self.objects if not each.path.startswith(parent)]
+        kept.insert(first, self.intent)
+        return replace(self, objects=tuple(kept), intent=None)
+
+    def digest(self) -> str:
+        """A hash of everything that can move a pixel: geometry, materials, lights, camera, size, texture contents.
+
+        Names and places of files do not enter, so a moved checkout keeps its cache.
+        """
+        state = hashlib.blake2b(digest_size=16)
+        for part in (self.camera, self.width, self.height, self.objects, self.lights, self.materials, self.textures):
+            _feed(state, part)
+        _feed(state, self.intent)
+        return state.hexdigest()
+
+
+def _feed(state: Any, value: Any) -> None:
+    """Add ``value`` to the hash ``state``: arrays by dtype, shape and bytes, dataclasses field by field."""
+    if isinstance(value, np.ndarray):
+        state.update(f"{value.dtype}{value.shape}".encode())
+        state.update(np.ascontiguousarray(value).tobytes())
+    elif isinstance(value, tuple):
+        state.update(f"({len(value)}".encode())
+        for each in value:
+            _feed(state, each)
+    elif is_dataclass(value):
+        state.update(type(value).__name__.encode())
+        for each in fields(value):
+            item = getattr(value, each.name)
+            if not isinstance(item, Path):
+                _feed(state, item)
+    else:
+        state.update(repr(value).encode())
