@@ -1,0 +1,28 @@
+"""Job folders: each job works in a folder of its own, so no picture of an earlier job can be taken for this one's."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+
+@contextlib.contextmanager
+def job_folder(out: Path, name: str, *, keep: bool = False) -> Iterator[Path]:
+    """A new folder in ``out`` for one job of the adapter ``name``; removed at the end, kept after an error or on wish.
+
+    It is absolute, since the renderer runs in it.
+    """
+    folder = Path(tempfile.mkdtemp(prefix=f"{name}-job-", dir=out.resolve()))
+    yield folder
+    if not keep:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def picture_path(out: Path, name: str, seed: int) -> Path:
+    """Where the picture of the adapter ``name`` for ``seed`` goes; an older one there is removed."""
+    path = out / f"{name}-seed{seed}.exr"
+    path.unlink(missing_ok=True)
+    return path

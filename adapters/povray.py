@@ -1,0 +1,207 @@
+"""POV-Ray 3.7: a ray tracer with double-precision arithmetic, driven through its command line.
+
+The picture comes back as a 16-bit PNG with ``File_Gamma=1.0``, the most exact of its formats: 1.2e-5 median and 3.8e-5
+largest relative error on a Lambert floor, against 1.8e-4 and 4.8e-4 for its half-float EXR (``+FH`` is biased by
+-0.3 %). It clips at 1, so a picture that reaches 1 is rendered again with the lights divided by four, until nothing
+clips, and the clipped values are taken from there: the step is 1/65535 below 1, and at most 4/65535 of the value above.
+A picture that stays below 1/16 is rendered again with brighter lights, which makes the step finer.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError
+from notabug.adapters.job_folder import job_folder, picture_path
+from notabug.adapters.povray_scene import Image, scene_text, texture_images
+from notabug.adapters.process import Ended, failure, made_picture, run_child
+from notabug.adapters.registry import register
+from notabug.adapters.requirements import check_supported
+from notabug.scenes_usd.picture import read_picture, write_exr
+from notabug.scenes_usd.scene import Floats, Scene
+
+_STEP = 0.25  # of the lights, from one picture to the next while values clip
+_LEAST_GAIN = 4.0**-12
+_DIM = 1.0 / 16.0  # a picture below this is rendered again, brighter
+_OPTIONS = ("-D", "-P", "-V", "-A", "-C", "+FN16", "File_Gamma=1.0", "Dither=off", "Output_Alpha=off")
+
+
+@dataclass(slots=True)
+class PovRay:
+    """POV-Ray, at pixel centres unless more ``samples`` are asked for.
+
+    ``samples`` = s * s draws the picture s times as wide and high, without anti-aliasing, and averages s x s pixels: a
+    box filter, and no randomness. Seeds change nothing.
+
+    Attributes
+    ----------
+    command : name on PATH, or path, of the program.
+    shadows : False draws the scene as if no object cast a shadow; a fault to be detected, for tests.
+    keep_jobs : keep the folder with the scene text, the textures and the PNG of every job.
+    """
+
+    name: str = "povray"
+    command: str = "povray"
+    shadows: bool = True
+    keep_jobs: bool = False
+    capabilities: frozenset[str] = frozenset(
+        {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
+    )
+    install: str = "apt install povray"
+
+    def declaration(self, quality: Quality) -> Declaration:
+        point = _side(quality) == 1
+        return Declaration(
+            precision="float64",
+            filter="point" if point else "box",
+            radius=0.0 if point else 0.5,
+            quantum=1.0 / 65535.0,
+            relative_quantum=False,
+            noisy=False,
+            ngon_split="02",
+            silhouette="flip",
+        )
+
+    def find(self) -> Found:
+        program = self._program()
+        try:
+            told = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=30, check=False)
+            log = told.stderr + told.stdout  # it speaks on standard error
+        except (OSError, subprocess.TimeoutExpired) as error:
+            log = str(error)
+        version = re.search(r"POV-Ray (\d+)\.(\d+)\S*", log)
+        if version is None or (int(version[1]), int(version[2])) < (3, 7):
+            raise RendererMissingError(
+                "the program does not answer as POV-Ray 3.7",
+                where=f"adapter {self.name!r}",
+                got=log.strip().splitlines()[0] if log.strip() else "nothing",
+                do=self._advice(),
+            )
+        return Found(version[0].removeprefix("POV-Ray "), program)
+
+    def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        check_supported(self, scene)
+        program = self._program()
+        seed = quality.seeds[0] if quality.seeds else 0
+        image = picture_path(out, self.name, seed)
+        with job_folder(out, self.name, keep=self.keep_jobs) as folder:
+            images = texture_images(scene)
+            for index, texture in images.items():
+                _write_png(folder / f"texture{index}.png", texture)
+            shots = _Shots(self, program, scene, images, folder, quality)
+            pixels = shots.bracketed()
+            write_exr(image, pixels, metadata={"Software": "POV-Ray", "notabug:gains": shots.gains})
+        samples = _side(quality) ** 2
+        last = shots.ended[-1]
+        seconds = sum(each.seconds for each in shots.ended)
+        return (Render(image, seed, samples, seconds, last.command, last.log),)
+
+    def _program(self) -> str:
+        program = shutil.which(self.command)
+        if program is None:
+            raise RendererMissingError(
+                f"no executable {self.command!r} on PATH", where=f"adapter {self.name!r}", do=self._advice()
+            )
+        return program
+
+    def _advice(self) -> str:
+        return f"install POV-Ray 3.7 ({self.install}) or set renderers.{self.name}.command"
+
+
+def _side(quality: Quality) -> int:
+    """Subsamples along a pixel's side."""
+    return max(1, round(math.sqrt(quality.samples)))
+
+
+class _Shots:
+    """The pictures of one job: the same scene under lights of different gain."""
+
+    def __init__(
+        self, adapter: PovRay, program: str, scene: Scene, images: dict[int, Image], folder: Path, quality: Quality
+    ) -> None:
+        self.adapter, self.program, self.scene, self.images = adapter, program, scene, images
+        self.folder, self.quality = folder, quality
+        self.ended: list[Ended] = []
+        self.gains = ""
+
+    def bracketed(self) -> npt.NDArray[np.float64]:
+        """The picture (h, w, 3) with nothing clipped, as if every gain were 1."""
+        side = _side(self.quality)
+        gain = 1.0
+        pixels = self._shoot(gain)
+        peak = float(pixels.max())
+        if 0.0 < peak < _DIM:
+            gain = 2.0 ** math.floor(math.log2(0.9 / peak))
+            pixels = self._shoot(gain) / gain
+        clipped = pixels * gain >= 1.0
+        while clipped.any():
+            gain *= _STEP
+            if gain < _LEAST_GAIN:
+                raise failure(
+                    f"pixels brighter than {1 / gain:.0f} everywhere the lights are dimmed",
+                    where=self.adapter.name,
+                    log=self.ended[-1].log,
+                    do="is a light on a surface?",
+                )
+            dimmed = self._shoot(gain)
+            pixels = np.where(clipped, dimmed / gain, pixels)
+            clipped &= dimmed >= 1.0
+        height, width = self.scene.height, self.scene.width
+        return np.asarray(pixels.reshape(height, side, width, side, 3).mean(axis=(1, 3)))
+
+    def _shoot(self, gain: float) -> npt.NDArray[np.float64]:
+        """One run of POV-Ray; (h * side, w * side, 3) values in 0..1, 1 where they clip."""
+        number, name = len(self.ended), self.adapter.name
+        text, picture = self.folder / f"shot{number}.pov", self.folder / f"shot{number}.png"
+        ini = self.folder / "empty.ini"
+        ini.touch()
+        text.write_text(scene_text(self.scene, gain=gain, shadows=self.adapter.shadows, images=self.images), "ascii")
+        side = _side(self.quality)
+        width, height = self.scene.width * side, self.scene.height * side
+        command = [self.program, f"+I{text.name}", f"+O{picture.name}", f"+W{width}", f"+H{height}", *_OPTIONS]
+        if self.quality.threads:
+            command.append(f"+WT{self.quality.threads}")
+        left = self.quality.timeout - sum(each.seconds for each in self.ended)
+        ended = run_child(
+            command,
+            where=name,
+            folder=self.folder,
+            timeout=max(left, 0.0),
+            environment={"POVINI": str(ini)},  # a user's own settings must not change the picture
+        )
+        self.ended.append(ended.check(name))
+        self.gains = " ".join(filter(None, [self.gains, f"{gain:.17g}"]))
+        made_picture(picture, where=name, log=ended.log)
+        read = read_picture(picture)
+        if read.pixels.shape[:2] != (height, width) or read.quantum != 1 / 65535:
+            raise failure(
+                f"a picture of {read.pixels.shape[1]} x {read.pixels.shape[0]} came back",
+                where=name,
+                got=f"steps of {read.quantum:.3g}",
+                log=ended.log,
+            )
+        return read.pixels.astype(np.float64)
+
+
+def _write_png(path: Path, image: Image) -> None:
+    """16-bit PNG of linear values: 8-bit originals exactly, others to 7.7e-6 of the brightest."""
+    import OpenImageIO
+
+    pixels: Floats = np.clip(image.pixels, 0.0, 1.0) * 65535.0
+    data = np.ascontiguousarray(np.round(pixels).astype(np.uint16))
+    spec = OpenImageIO.ImageSpec(data.shape[1], data.shape[0], 3, OpenImageIO.UINT16)
+    spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
+    target = OpenImageIO.ImageOutput.create(str(path))
+    if target is None or not target.open(str(path), spec) or not target.write_image(data) or not target.close():
+        raise failure("cannot write a texture", where="povray", got=str(OpenImageIO.geterror()), do="is the disk full?")
+
+
+register(PovRay())

@@ -1,0 +1,201 @@
+"""A Scene as POV-Ray's scene text.
+
+What POV-Ray does, measured with 3.7.0.10, and what is written for it:
+
+- Camera: ``location E direction -Z right X*2*tan_x up Y*2*tan_y``, without ``look_at``; with +x as ``right`` the space
+  is right-handed. Pixel centres agree to 0.001 px. There is no near or far plane: ``Camera.near`` and ``far`` are ignored.
+- There is no 1/pi: radiance = pigment * diffuse * light colour * N.L, so colours of lights are E / pi.
+- Point light: ``fade_power 2 fade_distance fd`` gives colour * 2 / (1 + (d / fd)^2), so the colour I / (2 pi fd^2) is
+  inverse square but for the factor 1 - (fd / d)^2. fd is 1e-6 of the distance to the farthest corner of the scene's
+  bounds: 1e-6 relative error at a thousandth of that distance. Below 1e-10 POV-Ray takes fd for 0, no fall-off.
+- Distant light: ``parallel`` from outside the bounds is exact to the output's step.
+- Highlights: ``phong p phong_size n`` is p * max(R.L, 0)^n, ``specular s roughness 1/n`` is s * max(N.H, 0)^n, both cut
+  where N.L < 0, neither times N.L; p and s are scalars. ``transmit`` leaves them alone, so they are scaled by the
+  opacity here.
+- ``interpolate 2`` is bilinear with texel centres at +0.5 and wraps at the border: 7.7e-6 (half a step of the output)
+  from a float64 lookup. It cannot clamp; a clamped texture is written with its border repeated as far as the uv reach.
+
+Only numbers go into the text: names, paths and strings of a stage never do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.adapters.base import UnsupportedError
+from notabug.scenes_usd.errors import SceneError
+from notabug.scenes_usd.scene import Camera, Floats, Light, Material, Mesh, Scene, Sphere
+from notabug.scenes_usd.triangulate import triangulate
+
+MAX_TRACE_LEVEL = 9  # eight bounces and the camera's ray
+_REACH = 1e-6  # fade_distance over the distance to the scene's farthest corner
+_LEAST_FADE = 1e-9  # POV-Ray ignores a fade_distance below 1e-10
+_MAX_TEXELS = 8192  # the longest side of a clamped texture once its border is repeated
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Image:
+    """A texture as POV-Ray gets it: ``pixels`` (h, w, 3) in 0..1, to be multiplied by ``scale``; uv' = uv * a + b."""
+
+    pixels: Floats
+    scale: float
+    a: Floats
+    b: Floats
+
+
+def scene_text(scene: Scene, *, gain: float = 1.0, shadows: bool = True, images: Mapping[int, Image] = {}) -> str:
+    """The scene with every light multiplied by ``gain``; without ``shadows`` no object casts one.
+
+    ``images`` are those of ``texture_images``, in files ``texture<index>.png`` beside the text.
+    """
+    lo, hi = bounds(scene)
+    parts = [
+        "#version 3.7;",
+        f"global_settings {{ assumed_gamma 1 ambient_light 0 max_trace_level {MAX_TRACE_LEVEL} adc_bailout 0 }}",
+        "background { rgb 0 }",
+        _camera(scene.camera),
+        *(_light(each, gain, lo, hi) for each in scene.lights),
+    ]
+    for each in scene.objects:
+        material = scene.materials[each.material]
+        image = images.get(material.texture)
+        look = _texture(material, image) + ("" if shadows else " no_shadow")
+        parts.append(_sphere(each, look) if isinstance(each, Sphere) else _mesh(each, look, image))
+    return "\n".join(parts) + "\n"
+
+
+def bounds(scene: Scene) -> tuple[Floats, Floats]:
+    """The corners of the box round all objects, world space; the camera's place where there is no object."""
+    corners = [scene.camera.to_world[3:, :3]]
+    for each in scene.objects:
+        if isinstance(each, Mesh):
+            corners.append(each.points)
+        else:
+            reach = each.radius * np.sqrt((each.to_world[:3, :3] ** 2).sum(axis=0))
+            corners.append(np.stack([each.to_world[3, :3] - reach, each.to_world[3, :3] + reach]))
+    every = np.concatenate(corners[1:] or corners)
+    return every.min(axis=0), every.max(axis=0)
+
+
+def texture_images(scene: Scene) -> dict[int, Image]:
+    """The textures that the scene's objects show, by index."""
+    images = {}
+    for index in sorted({scene.materials[each.material].texture for each in scene.objects} - {-1}):
+        texture = scene.textures[index]
+        shown = [each for each in scene.objects if scene.materials[each.material].texture == index]
+        coordinates = [each.uv for each in shown if isinstance(each, Mesh) and each.uv is not None]
+        if len(coordinates) < len(shown):
+            raise UnsupportedError("a texture on an object without uv", where=shown[0].path, do="give it primvars:st")
+        uv = np.concatenate(coordinates)
+        pixels = texture.pixels
+        rows, first_row, last_row = _repeated(pixels.shape[0], 1.0 - uv[:, 1], texture.wrap_t)
+        columns, first_column, last_column = _repeated(pixels.shape[1], uv[:, 0], texture.wrap_s)
+        size = np.array(pixels.shape[1::-1], np.float64)
+        grown = size + np.array([first_column + last_column, first_row + last_row])
+        pixels = pixels[rows][:, columns]
+        scale = max(1.0, float(pixels.max()))
+        images[index] = Image(pixels / scale, scale, size / grown, np.array([first_column, last_row]) / grown)
+    return images
+
+
+def _repeated(size: int, coordinate: Floats, wrap: str) -> tuple[npt.NDArray[np.integer], int, int]:
+    """Indices of the texels along one axis, the border repeated as far as ``coordinate`` (0..1 on the texture) reaches,
+    and how many were added before and after.
+    """
+    if wrap == "repeat":
+        return np.arange(size), 0, 0
+    texel = np.floor(np.array([coordinate.min(), coordinate.max()]) * size - 0.5)
+    before, after = max(0, int(-texel[0])), max(0, int(texel[1]) + 2 - size)
+    if size + before + after > _MAX_TEXELS:
+        raise UnsupportedError(
+            "a clamped texture far outside its uv range",
+            where="adapter 'povray'",
+            expected=f"at most {_MAX_TEXELS} texels with the repeated border",
+            got=str(size + before + after),
+        )
+    return np.clip(np.arange(-before, size + after), 0, size - 1), before, after
+
+
+def _number(value: float) -> str:
+    """A number in full. Never ``repr``, which writes ``np.float64(1.0)`` for NumPy's numbers."""
+    if not np.isfinite(value):
+        raise SceneError("a number that is not finite", where="adapter 'povray'", got=str(value))
+    return f"{value:.17g}"
+
+
+def _vector(value: Floats | tuple[float, ...]) -> str:
+    return f"<{','.join(_number(float(each)) for each in value)}>"
+
+
+def _list(name: str, rows: npt.NDArray[Any]) -> str:
+    """``name { n, <..>,<..> }`` of the (n, k) array ``rows``, integer or float."""
+    if not np.isfinite(rows).all():
+        raise SceneError(f"numbers that are not finite among {name}", where="adapter 'povray'")
+    form = "%d" if rows.dtype.kind == "i" else "%.17g"
+    row = f"<{','.join([form] * rows.shape[1])}>"
+    return f"{name} {{ {len(rows)}, {','.join([row] * len(rows)) % tuple(rows.ravel().tolist())} }}"
+
+
+def _camera(camera: Camera) -> str:
+    x, y, z, origin = (camera.to_world[row, :3] for row in range(4))
+    return (
+        f"camera {{ perspective location {_vector(origin)} direction {_vector(-z)} "
+        f"right {_vector(2.0 * camera.tan_x * x)} up {_vector(2.0 * camera.tan_y * y)} }}"
+    )
+
+
+def _light(light: Light, gain: float, lo: Floats, hi: Floats) -> str:
+    power = np.asarray(light.intensity) * gain
+    if light.kind == "distant":
+        centre, size = (lo + hi) / 2.0, float(np.linalg.norm(hi - lo)) or 1.0
+        far = centre - 4.0 * size * np.asarray(light.direction)
+        return f"light_source {{ {_vector(far)} rgb {_vector(power / np.pi)} parallel point_at {_vector(centre)} }}"
+    position = np.asarray(light.position)
+    reach = float(np.linalg.norm(np.maximum(np.abs(position - lo), np.abs(position - hi))))
+    fade = max(_REACH * reach, _LEAST_FADE)
+    return (
+        f"light_source {{ {_vector(position)} rgb {_vector(power / (2.0 * np.pi * fade**2))} "
+        f"fade_power 2 fade_distance {_number(fade)} }}"
+    )
+
+
+def _texture(material: Material, image: Image | None) -> str:
+    through = 1.0 - material.opacity
+    if image is None:
+        diffuse, pigment = 1.0, f"rgbt {_vector((*material.diffuse, through))}"
+    else:
+        diffuse = image.scale
+        transmit = f" transmit all {_number(through)}" if through else ""
+        pigment = f'uv_mapping image_map {{ png "texture{material.texture}.png" gamma 1.0 interpolate 2{transmit} }}'
+    finish = f"ambient 0 diffuse {_number(diffuse)}"
+    strength = material.specular[0] * material.opacity
+    if strength and material.lobe == "phong":
+        finish += f" phong {_number(strength)} phong_size {_number(material.exponent)}"
+    elif strength:
+        finish += f" specular {_number(strength)} roughness {_number(1.0 / material.exponent)}"
+    if any(material.mirror):
+        finish += f" reflection {{ rgb {_vector(material.mirror)} }}"
+    return f"texture {{ pigment {{ {pigment} }} finish {{ {finish} }} }}"
+
+
+def _sphere(sphere: Sphere, look: str) -> str:
+    rows = sphere.to_world[:, :3].ravel()  # POV-Ray's matrices act on row vectors, as USD's do
+    return f"sphere {{ <0,0,0>, {_number(sphere.radius)} {look} matrix {_vector(rows)} }}"
+
+
+def _mesh(mesh: Mesh, look: str, image: Image | None) -> str:
+    cut = triangulate(mesh, "02")
+    parts = [_list("vertex_vectors", mesh.points)]
+    indices = [_list("face_indices", cut.point)]
+    if mesh.normals is not None:
+        parts.append(_list("normal_vectors", mesh.normals))
+        indices.append(_list("normal_indices", cut.corner))
+    if mesh.uv is not None and image is not None:
+        parts.append(_list("uv_vectors", mesh.uv * image.a + image.b))
+        indices.append(_list("uv_indices", cut.corner))
+    return f"mesh2 {{ {' '.join(parts + indices)} {look} }}"
