@@ -1,0 +1,186 @@
+"""Envelope: what a model admits at each pixel; made by the ray tracer from the subsamples of the pixel's footprint."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, fields
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.references.tracer import render as kernels
+from notabug.references.tracer.flatten import Flat, flatten
+from notabug.scenes_usd.scene import Scene
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """The tracer's switches; the defaults are the reference's conventions.
+
+    shadows : ``forgiving`` spares a smooth mesh the shadows of its own facets, ``facets`` does not, ``none`` casts none.
+    normals : interpolated normals are ``unit`` or left ``raw``, i.e. not normalised again.
+    silhouette : an interpolated normal that faces away from the viewer is kept, flipped, or painted black.
+    affine : interpolate uv in screen space (n-gons must have been cut into triangles).
+    """
+
+    shadows: Literal["forgiving", "facets", "none"] = "forgiving"
+    normals: Literal["unit", "raw"] = "unit"
+    silhouette: Literal["keep", "flip", "black"] = "keep"
+    affine: bool = False
+
+    def encoded(self) -> npt.NDArray[np.int64]:
+        """The switches in the order of the columns in render.py."""
+        return np.array(
+            [
+                ("forgiving", "facets", "none").index(self.shadows),
+                ("unit", "raw").index(self.normals),
+                ("keep", "flip", "black").index(self.silhouette),
+                int(self.affine),
+            ]
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Envelope:
+    """Admissible values of every pixel.
+
+    Attributes
+    ----------
+    point : (h, w, 3) the value at the pixel's centre.
+    mean, variance : (h, w, 3) over the pixel's footprint; the variance is that of one random sample.
+    lo, hi : (h, w, 3) smallest and largest value in the footprint.
+    ids : (h, w) what is seen at the centre: object and the lights that reach it.
+    edge : (h, w) the id changes inside the pixel.
+    spared : (h, w) share of the footprint whose light the facets of its own mesh would block.
+    """
+
+    point: Floats
+    mean: Floats
+    variance: Floats
+    lo: Floats
+    hi: Floats
+    ids: npt.NDArray[np.int64]
+    edge: Bools
+    spared: Floats
+
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+
+class _Buffers:
+    """The output arrays of the kernel, for one pass over a picture."""
+
+    def __init__(self, height: int, width: int) -> None:
+        self.mean = np.zeros((height, width, 3))
+        self.variance = np.zeros((height, width, 3))
+        self.lo = np.zeros((height, width, 3))
+        self.hi = np.zeros((height, width, 3))
+        self.ids = np.zeros((height, width), np.int64)
+        self.mixed = np.zeros((height, width), np.bool_)
+        self.spared = np.zeros((height, width))
+
+
+def _pass(
+    flat: Flat,
+    scene: Scene,
+    options: Options,
+    pixels: npt.NDArray[np.int64],
+    into: _Buffers,
+    *,
+    grid: int = 0,
+    samples: int = 1,
+    seed: int = 0,
+    threads: int = 0,
+) -> None:
+    """Render ``pixels`` with all threads; pixels are dealt out in strided chunks, so results do not depend on threads."""
+    threads = threads or os.cpu_count() or 1
+    option = options.encoded()
+
+    def work(part: npt.NDArray[np.int64]) -> None:
+        kernels.render_pixels(
+            flat, option, scene.width, scene.height, part, grid, grid * grid or samples, seed,
+            into.mean, into.variance, into.lo, into.hi, into.ids, into.mixed, into.spared,
+        )  # fmt: skip
+
+    if threads == 1 or len(pixels) < 256:
+        work(pixels)
+        return
+    chunks = np.array_split(pixels, 8 * threads)
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(work, chunks))
+
+
+def _changes(ids: npt.NDArray[np.int64]) -> Bools:
+    """Pixels (h, w) whose id differs from one of their four neighbours'."""
+    found = np.zeros(ids.shape, np.bool_)
+    across, down = ids[:, 1:] != ids[:, :-1], ids[1:] != ids[:-1]
+    found[:, 1:] |= across
+    found[:, :-1] |= across
+    found[1:] |= down
+    found[:-1] |= down
+    return found
+
+
+def trace_envelope(
+    scene: Scene,
+    options: Options = Options(),  # noqa: B008 - frozen
+    *,
+    grid: int = 4,
+    refine: int = 8,
+    dtype: npt.DTypeLike = np.float64,
+    threads: int = 0,
+) -> Envelope:
+    """The envelope of ``scene`` as it stands (apply ``as_intended`` first for the reference of a scene with intent).
+
+    Every pixel gets its centre and ``grid`` x ``grid`` regular subsamples; where ids differ inside the pixel or towards
+    a neighbour, ``refine`` x ``refine`` (0: no refinement).
+    """
+    flat = flatten(scene, dtype)
+    every = np.arange(scene.width * scene.height)
+    centre, fine = _Buffers(scene.height, scene.width), _Buffers(scene.height, scene.width)
+    _pass(flat, scene, options, every, centre, grid=1, threads=threads)
+    _pass(flat, scene, options, every, fine, grid=grid, threads=threads)
+    if refine > grid:
+        _pass(
+            flat,
+            scene,
+            options,
+            np.flatnonzero((fine.mixed | _changes(centre.ids)).ravel()),
+            fine,
+            grid=refine,
+            threads=threads,
+        )
+    return Envelope(
+        point=centre.mean,
+        mean=fine.mean,
+        variance=fine.variance,
+        lo=np.minimum(fine.lo, centre.mean),
+        hi=np.maximum(fine.hi, centre.mean),
+        ids=centre.ids,
+        edge=fine.mixed,
+        spared=np.maximum(fine.spared, centre.spared),
+    )
+
+
+def trace_picture(
+    scene: Scene,
+    options: Options = Options(),  # noqa: B008 - frozen
+    *,
+    samples: int = 1,
+    seed: int = 0,
+    dtype: npt.DTypeLike = np.float64,
+    threads: int = 0,
+) -> Floats:
+    """A picture (h, w, 3) as a renderer would draw it: pixel centres for one sample, else box-filtered random samples."""
+    into = _Buffers(scene.height, scene.width)
+    every = np.arange(scene.width * scene.height)
+    grid = 1 if samples == 1 else 0
+    _pass(
+        flatten(scene, dtype), scene, options, every, into, grid=grid, samples=samples, seed=seed, threads=threads
+    )
+    return into.mean

@@ -1,0 +1,236 @@
+"""Scene -> Flat: the arrays that the kernels read, in the precision asked for.
+
+What a scene lacks is None, and the kernels are compiled without it: a scene without textures costs no texture code, and
+the type of its Flat says so.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.references.tracer import bvh
+from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.triangulate import Triangles, triangulate
+
+Array = npt.NDArray[Any]
+
+
+class Quads(NamedTuple):
+    """Faces with four corners, for their bilinear maps: plane coordinates and the plane's frame."""
+
+    of_triangle: Array  # (t,) quad of each triangle, or -1
+    corners: Array  # (q, 4) face corners into Flat.normal and Flat.uv
+    plane: Array  # (q, 8) x, y of the four corners in the face's plane
+    frame: Array  # (q, 9) origin, x axis, y axis
+
+
+class Textures(NamedTuple):
+    """All textures end to end: texel k of a picture is ``texels[first + k]``, row 0 at v = 1."""
+
+    texels: Array  # (n, 3)
+    info: Array  # (textures, 5) int64: first, width, height, wrap_s, wrap_t (0 repeat, 1 clamp)
+
+
+class Spheres(NamedTuple):
+    """Analytic spheres: world to local and back, as 3x4 affine maps for column vectors, row by row."""
+
+    radius: Array  # (s,)
+    to_local: Array  # (s, 12)
+    to_world: Array  # (s, 12)
+    object: Array  # (s,)
+
+
+class Lobes(NamedTuple):
+    """Highlights per material: specular rgb and exponent; kind 0 none, 1 Phong, 2 Blinn, +2 cosine-weighted."""
+
+    specular: Array  # (m, 4)
+    kind: Array  # (m,)
+
+
+class Secondary(NamedTuple):
+    """What sends rays on, per material: opacity, mirror rgb, transmission rgb, index of refraction."""
+
+    coefficients: Array  # (m, 8)
+
+
+class Flat(NamedTuple):
+    """A scene for the kernels. Triangles are in the order of the hierarchy's leaves."""
+
+    bounds: Array  # (nodes, 6)
+    child: Array  # (nodes,)
+    count: Array  # (nodes,)
+    points: Array  # (t, 9)
+    face: Array  # (t,) face of the whole scene: rays leaving a face do not hit it again
+    object: Array  # (t,) index into Scene.objects
+    corner: Array  # (t, 3) face corners into normal and uv
+    sagitta: Array  # (t,) how far the facet may lie below the surface its normals imply; -1 where it is flat
+    normal: Array  # (c, 3)
+    uv: Array  # (c, 2)
+    material: Array  # (objects,)
+    diffuse: Array  # (m, 3)
+    texture: Array  # (m,) or -1
+    light: Array  # (lights, 7): 0 point | 1 distant, position or direction, intensity
+    camera: Array  # (14,): origin, x axis * tan_x, y axis * tan_y, -z axis, near, far
+    radius: float  # of the whole scene, for error bounds
+    quads: Quads | None
+    textures: Textures | None
+    spheres: Spheres | None
+    lobes: Lobes | None
+    secondary: Secondary | None
+
+
+def sagitta(points: npt.NDArray[np.float64], normals: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """The depth (t,) of flat triangles below the surface that their normals imply; both arrays are (t, 3, 3).
+
+    An arc of length e that turns by the angle a has the sagitta e * a / 8; the largest of the three edges counts, and
+    twice, because the middle of a facet lies deeper than the middle of its edges (at most 4/3 times for a sphere).
+    """
+    chord = np.linalg.norm(points - np.roll(points, -1, axis=1), axis=2)
+    turn = np.linalg.norm(normals - np.roll(normals, -1, axis=1), axis=2)
+    return np.asarray(2.0 * (chord * turn).max(axis=1) / 8.0)
+
+
+def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
+    """The arrays of ``scene`` in ``dtype`` (float32 or float64); the hierarchy is built in float64 either way."""
+    parts: list[Triangles] = []
+    objects, faces, corners, depths = [], [], [], []
+    normals, uvs = [np.zeros((0, 3))], [np.zeros((0, 2))]
+    quads: list[tuple[npt.NDArray[np.float64], int, int]] = []  # points (4, 3), first corner, face
+    face_base = corner_base = 0
+    for index, each in enumerate(scene.objects):
+        if not isinstance(each, Mesh):
+            continue
+        cut = triangulate(each)
+        parts.append(cut)
+        objects.append(np.full(len(cut.face), index))
+        faces.append(cut.face + face_base)
+        corners.append(cut.corner + corner_base)
+        total = len(each.corners)
+        if each.normals is None:
+            depths.append(np.full(len(cut.face), -1.0))
+            normals.append(np.zeros((total, 3)))
+        else:
+            depths.append(sagitta(cut.points, each.normals[cut.corner]))
+            normals.append(each.normals)
+        uvs.append(np.zeros((total, 2)) if each.uv is None else each.uv)
+        if each.normals is not None or each.uv is not None:
+            starts = np.concatenate([[0], np.cumsum(each.counts)[:-1]])
+            for face in np.flatnonzero(each.counts == 4):
+                first = int(starts[face])
+                quads.append((each.points[each.corners[first : first + 4]], first + corner_base, face + face_base))
+        face_base += len(each.counts)
+        corner_base += total
+
+    points = np.concatenate([part.points for part in parts]) if parts else np.zeros((0, 3, 3))
+    bounds, child, count, order = bvh.build(points.reshape(-1, 9))
+    face = _joined(faces, order, np.int32)
+
+    def real(array: Any) -> Array:
+        return np.ascontiguousarray(array, dtype)
+
+    lo, hi = bounds[:, :3], bounds[:, 3:]
+    if np.dtype(dtype) == np.float32:  # rounding must not shrink a box
+        lo = np.nextafter(lo.astype(np.float32), np.float32(-np.inf))
+        hi = np.nextafter(hi.astype(np.float32), np.float32(np.inf))
+    materials = scene.materials
+    reach = [np.abs(points).max(initial=0.0)] + [np.abs(each.to_world[:3]).sum() * each.radius for each in scene.spheres]
+    reach += [np.abs(each.to_world[3, :3]).max() for each in scene.spheres]
+    return Flat(
+        bounds=real(np.hstack([lo, hi])),
+        child=child,
+        count=count,
+        points=real(points.reshape(-1, 9)[order]),
+        face=face,
+        object=_joined(objects, order, np.int32),
+        corner=_joined(corners, order, np.int32).reshape(-1, 3),
+        sagitta=real(np.concatenate(depths)[order] if depths else []),
+        normal=real(np.concatenate(normals)),
+        uv=real(np.concatenate(uvs)),
+        material=np.array([each.material for each in scene.objects], np.int32),
+        diffuse=real([each.diffuse for each in materials]).reshape(-1, 3),
+        texture=np.array([each.texture for each in materials], np.int32),
+        light=real([_light(each) for each in scene.lights]).reshape(-1, 7),
+        camera=real(_camera(scene)),
+        radius=np.dtype(dtype).type(max(reach)),
+        quads=_quads(quads, face, real),
+        textures=_textures(scene, real),
+        spheres=_spheres(scene, real),
+        lobes=_lobes(scene, real),
+        secondary=_secondary(scene, real),
+    )
+
+
+def _joined(parts: list[Any], order: Array, dtype: npt.DTypeLike) -> Array:
+    return np.ascontiguousarray(np.concatenate(parts)[order], dtype) if parts else np.zeros(0, dtype)
+
+
+def _light(light: Any) -> tuple[float, ...]:
+    place = light.position if light.kind == "point" else light.direction
+    return (0.0 if light.kind == "point" else 1.0, *place, *light.intensity)
+
+
+def _camera(scene: Scene) -> npt.NDArray[np.float64]:
+    camera = scene.camera
+    x, y, z, origin = (camera.to_world[i, :3] for i in range(4))
+    return np.concatenate([origin, x * camera.tan_x, y * camera.tan_y, -z, [camera.near, camera.far]])
+
+
+def _quads(found: list[tuple[npt.NDArray[np.float64], int, int]], face: Array, real: Any) -> Quads | None:
+    if not found:
+        return None
+    of_face = np.full(int(face.max()) + 1, -1, np.int32)
+    corners, plane, frame = [], [], []
+    for index, (points, first, number) in enumerate(found):
+        of_face[number] = index
+        x = points[1] - points[0]
+        x = x / np.linalg.norm(x)
+        z = np.cross(points[2] - points[0], points[3] - points[1])
+        y = np.cross(z / np.linalg.norm(z), x)
+        corners.append(np.arange(first, first + 4))
+        plane.append(np.stack([(points - points[0]) @ x, (points - points[0]) @ y], axis=1).ravel())
+        frame.append(np.concatenate([points[0], x, y]))
+    return Quads(of_face[face], np.array(corners, np.int32), real(plane), real(frame))
+
+
+def _textures(scene: Scene, real: Any) -> Textures | None:
+    if not scene.textures:
+        return None
+    info, first = [], 0
+    for each in scene.textures:
+        height, width = each.pixels.shape[:2]
+        info.append((first, width, height, each.wrap_s == "clamp", each.wrap_t == "clamp"))
+        first += width * height
+    texels = np.concatenate([each.pixels.reshape(-1, 3) for each in scene.textures])
+    return Textures(real(texels), np.array(info, np.int64))
+
+
+def _spheres(scene: Scene, real: Any) -> Spheres | None:
+    found = [(i, each) for i, each in enumerate(scene.objects) if not isinstance(each, Mesh)]
+    if not found:
+        return None
+    return Spheres(
+        real([each.radius for _, each in found]),
+        real([np.linalg.inv(each.to_world).T[:3].ravel() for _, each in found]),
+        real([each.to_world.T[:3].ravel() for _, each in found]),
+        np.array([i for i, _ in found], np.int32),
+    )
+
+
+def _lobes(scene: Scene, real: Any) -> Lobes | None:
+    if not any(any(each.specular) for each in scene.materials):
+        return None
+    kind = [
+        (1 if each.lobe == "phong" else 2) + 2 * each.cosine_weighted if any(each.specular) else 0
+        for each in scene.materials
+    ]
+    return Lobes(real([(*each.specular, each.exponent) for each in scene.materials]), np.array(kind, np.int32))
+
+
+def _secondary(scene: Scene, real: Any) -> Secondary | None:
+    rows = [(each.opacity, *each.mirror, *each.transmission, each.ior) for each in scene.materials]
+    if all(row[0] == 1.0 and not any(row[1:7]) for row in rows):
+        return None
+    return Secondary(real(rows))

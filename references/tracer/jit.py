@@ -1,0 +1,61 @@
+"""The decorator of every kernel: compiled once, cached on disk, never stale.
+
+Numba's own cache looks only at the file of the function itself, so a kernel that inlines another file's function would
+keep the old code. Here the cache folder is named after a hash of all the kernels' sources.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import numba
+import platformdirs
+
+_KEPT = 3  # caches of this many source versions stay on disk
+
+Kernel = TypeVar("Kernel", bound=Callable[..., object])
+
+
+def cache_root() -> Path:
+    """The folder of everything notabug can recompute: ``$NOTABUG_CACHE``, or the user's cache folder."""
+    return Path(os.environ.get("NOTABUG_CACHE") or platformdirs.user_cache_dir("notabug"))
+
+
+def _source_hash() -> str:
+    state = hashlib.blake2b(digest_size=8)
+    for path in sorted(Path(__file__).parent.parent.rglob("*.py")):
+        state.update(path.name.encode())
+        state.update(path.read_bytes())
+    return state.hexdigest()
+
+
+SOURCE_HASH = _source_hash()
+"""Hash of every file below ``references``: part of the key of whatever they compute."""
+
+
+def _folder() -> Path:
+    root = cache_root() / "kernels"
+    folder = root / SOURCE_HASH
+    folder.mkdir(parents=True, exist_ok=True)
+    old = sorted((each for each in root.iterdir() if each != folder), key=lambda each: each.stat().st_mtime)
+    for each in old[: max(0, len(old) - _KEPT + 1)]:
+        shutil.rmtree(each, ignore_errors=True)
+    return folder
+
+
+_FOLDER = _folder()
+
+
+def kernel(function: Kernel) -> Kernel:
+    """Compile ``function`` on first use: no fastmath, no contraction to FMA, releases the GIL, IEEE division."""
+    before = numba.config.CACHE_DIR  # type: ignore[attr-defined]
+    numba.config.CACHE_DIR = str(_FOLDER)  # type: ignore[attr-defined]
+    try:
+        return numba.njit(cache=True, nogil=True, error_model="numpy")(function)  # type: ignore[no-any-return]
+    finally:
+        numba.config.CACHE_DIR = before  # type: ignore[attr-defined]

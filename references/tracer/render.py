@@ -1,0 +1,269 @@
+"""The picture kernel: camera rays, lights, Whitted's recursion, and statistics of the subsamples of each pixel."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from notabug.references.tracer.bvh import STACK
+from notabug.references.tracer.jit import kernel
+from notabug.references.tracer.shade import albedo, corner_weights, highlight, screen_weights
+from notabug.references.tracer.traverse import closest, closest_sphere, transmittance
+
+# Columns of the options array: see Options in envelope.py.
+SHADOWS, NORMALS, SILHOUETTE, AFFINE = range(4)
+BOUNCES = 8
+PENDING = 16  # rays that may wait in the recursion's stack
+
+
+@kernel
+def _uniform(pixel, sample, seed, axis):  # type: ignore[no-untyped-def]
+    """A uniform number in [0, 1) from a counter (splitmix64; Steele, Lea and Flood 2014): the same on every machine."""
+    z = np.uint64(pixel) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(sample) * np.uint64(0xD1B54A32D192ED03)
+    z += np.uint64(seed) * np.uint64(0x8CB92BA72F3D8DD7) + np.uint64(axis) * np.uint64(0xABC98388FB8FAC03)
+    for _ in range(2):
+        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        z = z ^ (z >> np.uint64(31))
+    return np.float64(z >> np.uint64(11)) * 2.0**-53
+
+
+@kernel
+def radiance(  # type: ignore[no-untyped-def]
+    flat, quads, textures, spheres, lobes, secondary, option, ox, oy, oz, dx, dy, dz, near, far, stack, rays
+):
+    """Radiance along a ray: (r, g, b, id, forgiven).
+
+    ``id`` tells apart what must not be mixed: the object, the lights that reach the point and, on flat facets, the
+    normal; 0 is the background. ``forgiven`` is True where the first hit was spared facet self-shadow. ``stack`` and
+    ``rays`` (PENDING, 12) are work space.
+    """
+    zero, one = type(dx)(0), type(dx)(1)
+    r, g, b = zero, zero, zero
+    identity = 0
+    spared = False
+    rays[0, 0], rays[0, 1], rays[0, 2] = ox, oy, oz
+    rays[0, 3], rays[0, 4], rays[0, 5] = dx, dy, dz
+    rays[0, 6], rays[0, 7], rays[0, 8] = one, one, one
+    rays[0, 9], rays[0, 10], rays[0, 11] = zero, -one, -one  # depth, face and sphere that the ray leaves
+    pending = 1
+    unit = type(dx)(1.1920929e-07 if flat.points.itemsize == 4 else 2.220446049250313e-16)
+    inverse_pi = type(dx)(1 / math.pi)
+    while pending:
+        pending -= 1
+        ox, oy, oz = rays[pending, 0], rays[pending, 1], rays[pending, 2]
+        dx, dy, dz = rays[pending, 3], rays[pending, 4], rays[pending, 5]
+        wr, wg, wb = rays[pending, 6], rays[pending, 7], rays[pending, 8]
+        depth, skip, skip_sphere = int(rays[pending, 9]), int(rays[pending, 10]), int(rays[pending, 11])
+        tmin = near if depth == 0 else type(dx)(32) * unit * (flat.radius + abs(ox) + abs(oy) + abs(oz))
+        i, t, b0, b1, b2 = closest(
+            flat.bounds, flat.child, flat.count, flat.points, flat.face, ox, oy, oz, dx, dy, dz, tmin, far, skip, stack
+        )
+        ball = -1
+        if spheres is not None:
+            ball, ts = closest_sphere(spheres, ox, oy, oz, dx, dy, dz, tmin, t, skip_sphere)
+            if ball >= 0:
+                i, t = -1, ts
+        if i < 0 and ball < 0:
+            continue
+        x, y, z = ox + t * dx, oy + t * dy, oz + t * dz
+        vx, vy, vz = -dx, -dy, -dz
+        u, v, face, sag = zero, zero, -1, -one
+        affine = option[AFFINE] != 0
+        if i >= 0:
+            face = flat.face[i]
+            owner = flat.object[i]
+            p = flat.points[i]
+            ex, ey, ez = p[3] - p[0], p[4] - p[1], p[5] - p[2]
+            fx, fy, fz = p[6] - p[0], p[7] - p[1], p[8] - p[2]
+            gx, gy, gz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
+            length = math.sqrt(gx * gx + gy * gy + gz * gz)
+            gx, gy, gz = gx / length, gy / length, gz / length
+            side = one if gx * vx + gy * vy + gz * vz >= 0 else -one
+            c0, c1, c2, c3, w0, w1, w2, w3 = corner_weights(flat, quads, i, b0, b1, b2, x, y, z)
+            sag = flat.sagitta[i]
+            nx, ny, nz = gx, gy, gz
+            if sag >= 0:
+                n = flat.normal
+                nx = w0 * n[c0, 0] + w1 * n[c1, 0] + w2 * n[c2, 0] + w3 * n[c3, 0]
+                ny = w0 * n[c0, 1] + w1 * n[c1, 1] + w2 * n[c2, 1] + w3 * n[c3, 1]
+                nz = w0 * n[c0, 2] + w1 * n[c1, 2] + w2 * n[c2, 2] + w3 * n[c3, 2]
+                if option[NORMALS] == 0:
+                    length = math.sqrt(nx * nx + ny * ny + nz * nz)
+                    nx, ny, nz = nx / length, ny / length, nz / length
+            if textures is not None:
+                if affine:
+                    w0, w1, w2 = screen_weights(flat, i, b0, b1, b2)
+                    w3 = zero
+                u = w0 * flat.uv[c0, 0] + w1 * flat.uv[c1, 0] + w2 * flat.uv[c2, 0] + w3 * flat.uv[c3, 0]
+                v = w0 * flat.uv[c0, 1] + w1 * flat.uv[c1, 1] + w2 * flat.uv[c2, 1] + w3 * flat.uv[c3, 1]
+        else:
+            side = one
+            owner = 0
+            nx, ny, nz = zero, zero, one
+            if spheres is not None:
+                owner = spheres.object[ball]
+                m = spheres.to_local[ball]
+                hx = m[0] * x + m[1] * y + m[2] * z + m[3]
+                hy = m[4] * x + m[5] * y + m[6] * z + m[7]
+                hz = m[8] * x + m[9] * y + m[10] * z + m[11]
+                nx = m[0] * hx + m[4] * hy + m[8] * hz  # the inverse transpose of to_world
+                ny = m[1] * hx + m[5] * hy + m[9] * hz
+                nz = m[2] * hx + m[6] * hy + m[10] * hz
+                length = math.sqrt(nx * nx + ny * ny + nz * nz)
+                nx, ny, nz = nx / length, ny / length, nz / length
+                if nx * vx + ny * vy + nz * vz < 0:
+                    side = -one
+            gx, gy, gz = nx, ny, nz
+        nx, ny, nz = nx * side, ny * side, nz * side
+        painted = True
+        if nx * vx + ny * vy + nz * vz < 0:
+            if option[SILHOUETTE] == 1:
+                nx, ny, nz = -nx, -ny, -nz
+            elif option[SILHOUETTE] == 2:
+                painted = False
+        material = flat.material[owner]
+        ar, ag, ab = albedo(flat, textures, material, u, v)
+        opaque = one
+        if secondary is not None:
+            opaque = secondary.coefficients[material, 0]
+        sr, sg, sb = zero, zero, zero
+        lit = 0
+        forgiven_here = False
+        start = type(dx)(32) * unit * (flat.radius + abs(x) + abs(y) + abs(z))
+        for k in range(flat.light.shape[0] if painted else 0):
+            light = flat.light[k]
+            if light[0] == 0:
+                lx, ly, lz = light[1] - x, light[2] - y, light[3] - z
+                distance = math.sqrt(lx * lx + ly * ly + lz * lz)
+                lx, ly, lz = lx / distance, ly / distance, lz / distance
+                falloff = one / (distance * distance)
+            else:
+                lx, ly, lz = -light[1], -light[2], -light[3]
+                distance = type(dx)(math.inf)
+                falloff = one
+            nl = nx * lx + ny * ly + nz * lz
+            if nl <= 0:
+                continue
+            share = one
+            if option[SHADOWS] != 2:
+                share, forgiven = transmittance(
+                    flat, spheres, secondary, x, y, z, lx, ly, lz, start, distance, face,
+                    ball if (gx * lx + gy * ly + gz * lz) * side > 0 else -1,
+                    owner, option[SHADOWS] == 0, side, nl, sag, stack,
+                )  # fmt: skip
+                forgiven_here = forgiven_here or forgiven
+            if share <= 0:
+                continue
+            lit |= 1 << k
+            e = falloff * share * inverse_pi
+            h = highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz)
+            er, eg, eb = e * light[4], e * light[5], e * light[6]
+            sr += er * ar * nl
+            sg += eg * ag * nl
+            sb += eb * ab * nl
+            if lobes is not None:
+                sr += er * h * lobes.specular[material, 0]
+                sg += eg * h * lobes.specular[material, 1]
+                sb += eb * h * lobes.specular[material, 2]
+        r += wr * opaque * sr
+        g += wg * opaque * sg
+        b += wb * opaque * sb
+        identity = identity * 31 + (owner + 1) + 4096 * lit
+        if sag < 0 and i >= 0:
+            identity += 65536 * (round(gx * 512) + 7 * round(gy * 512) + 49 * round(gz * 512))
+        if depth == 0:
+            spared = forgiven_here
+        if secondary is not None and depth < BOUNCES:
+            c = secondary.coefficients[material]
+            nv = nx * vx + ny * vy + nz * vz
+            two = type(dx)(2)
+            mx, my, mz = two * nv * nx - vx, two * nv * ny - vy, two * nv * nz - vz
+            mr, mg, mb = c[1], c[2], c[3]
+            if c[4] > 0 or c[5] > 0 or c[6] > 0:
+                eta = one / c[7] if side > 0 else c[7]
+                k2 = one - eta * eta * (one - nv * nv)
+                if k2 < 0:  # total internal reflection: the ray goes on as a mirror ray
+                    mr, mg, mb = mr + c[4], mg + c[5], mb + c[6]
+                elif pending < PENDING:
+                    s = eta * nv - math.sqrt(k2)
+                    pending = _push(
+                        rays, pending, x, y, z, s * nx - eta * vx, s * ny - eta * vy, s * nz - eta * vz,
+                        wr * c[4], wg * c[5], wb * c[6], depth + 1, face, -1,
+                    )  # fmt: skip
+            if (mr > 0 or mg > 0 or mb > 0) and pending < PENDING:
+                leaves = ball if (gx * mx + gy * my + gz * mz) * side > 0 and side > 0 else -1
+                pending = _push(
+                    rays, pending, x, y, z, mx, my, mz, wr * mr, wg * mg, wb * mb, depth + 1, face, leaves
+                )
+            if opaque < 1 and pending < PENDING:
+                rest = one - opaque
+                pending = _push(
+                    rays, pending, x, y, z, dx, dy, dz, wr * rest, wg * rest, wb * rest, depth + 1, face, -1
+                )
+    return r, g, b, identity, spared
+
+
+@kernel
+def _push(rays, n, ox, oy, oz, dx, dy, dz, wr, wg, wb, depth, face, ball):  # type: ignore[no-untyped-def]
+    ray = rays[n]
+    ray[0], ray[1], ray[2], ray[3], ray[4], ray[5] = ox, oy, oz, dx, dy, dz
+    ray[6], ray[7], ray[8], ray[9], ray[10], ray[11] = wr, wg, wb, depth, face, ball
+    return n + 1
+
+
+@kernel
+def render_pixels(flat, option, width, height, pixels, grid, samples, seed, mean, variance, lo, hi, ids, mixed, spared):  # type: ignore[no-untyped-def]
+    """Render the pixels numbered y * width + x in ``pixels`` into the full-size arrays.
+
+    ``samples`` positions a pixel: a regular ``grid`` x ``grid`` (grid > 0), or uniformly random ones drawn from ``seed``.
+    Fills (h, w, 3) ``mean``, ``variance`` (of one sample), ``lo``, ``hi``; (h, w) ``ids`` of the first sample, ``mixed``
+    where ids differ within the pixel, ``spared`` the share of samples that were spared facet self-shadow.
+    """
+    stack = np.empty(STACK, np.int32)
+    rays = np.empty((PENDING, 12), flat.points.dtype)
+    c = flat.camera
+    one, half, two = type(c[0])(1), type(c[0])(0.5), type(c[0])(2)
+    for pixel in pixels:
+        row, column = pixel // width, pixel % width
+        sr, sg, sb, qr, qg, qb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        first, differ, excuses = 0, False, 0
+        for s in range(samples):
+            if grid > 0:
+                cells = type(half)(grid)
+                jx, jy = (type(half)(s % grid) + half) / cells, (type(half)(s // grid) + half) / cells
+            else:
+                jx, jy = type(half)(_uniform(pixel, s, seed, 0)), type(half)(_uniform(pixel, s, seed, 1))
+            a = two * (type(half)(column) + jx) / type(half)(width) - one
+            b = one - two * (type(half)(row) + jy) / type(half)(height)
+            dx = a * c[3] + b * c[6] + c[9]
+            dy = a * c[4] + b * c[7] + c[10]
+            dz = a * c[5] + b * c[8] + c[11]
+            length = math.sqrt(dx * dx + dy * dy + dz * dz)
+            dx, dy, dz = dx / length, dy / length, dz / length
+            r, g, bl, identity, forgiven = radiance(
+                flat, flat.quads, flat.textures, flat.spheres, flat.lobes, flat.secondary, option,
+                c[0], c[1], c[2], dx, dy, dz, c[12] * length, c[13] * length, stack, rays,
+            )  # fmt: skip
+            if s == 0:
+                first = identity
+                for k, value in enumerate((r, g, bl)):
+                    lo[row, column, k] = value
+                    hi[row, column, k] = value
+            else:
+                differ = differ or identity != first
+                for k, value in enumerate((r, g, bl)):
+                    lo[row, column, k] = min(lo[row, column, k], value)
+                    hi[row, column, k] = max(hi[row, column, k], value)
+            excuses += forgiven
+            sr, sg, sb = sr + r, sg + g, sb + bl
+            qr, qg, qb = qr + r * r, qg + g * g, qb + bl * bl
+        mr, mg, mb = sr / samples, sg / samples, sb / samples
+        mean[row, column, 0], mean[row, column, 1], mean[row, column, 2] = mr, mg, mb
+        variance[row, column, 0] = max(qr / samples - mr * mr, 0.0)
+        variance[row, column, 1] = max(qg / samples - mg * mg, 0.0)
+        variance[row, column, 2] = max(qb / samples - mb * mb, 0.0)
+        ids[row, column] = first
+        mixed[row, column] = differ
+        spared[row, column] = excuses / samples

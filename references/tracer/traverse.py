@@ -1,0 +1,219 @@
+"""Walks through the hierarchy: the closest hit, and how much light reaches a point."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from notabug.references.tracer.bvh import STACK
+from notabug.references.tracer.intersect import ray_sphere, ray_triangle, shear
+from notabug.references.tracer.jit import kernel
+
+
+@kernel
+def _enter(bounds, node, ox, oy, oz, ix, iy, iz, tmin, tmax):  # type: ignore[no-untyped-def]
+    """Where a ray enters a box, or inf. Written so that 0 * inf, which is NaN, never loses a box."""
+    x0, x1 = (bounds[node, 0] - ox) * ix, (bounds[node, 3] - ox) * ix
+    y0, y1 = (bounds[node, 1] - oy) * iy, (bounds[node, 4] - oy) * iy
+    z0, z1 = (bounds[node, 2] - oz) * iz, (bounds[node, 5] - oz) * iz
+    if ix < 0:
+        x0, x1 = x1, x0
+    if iy < 0:
+        y0, y1 = y1, y0
+    if iz < 0:
+        z0, z1 = z1, z0
+    near, far = tmin, tmax
+    if x0 > near:
+        near = x0
+    if y0 > near:
+        near = y0
+    if z0 > near:
+        near = z0
+    if x1 < far:
+        far = x1
+    if y1 < far:
+        far = y1
+    if z1 < far:
+        far = z1
+    # rounding: 3 ulp on either side keep the test conservative (Ize 2013, "Robust BVH Ray Traversal")
+    slack = abs(far) * type(far)(1e-6 if bounds.itemsize == 4 else 1e-15)
+    return near if near <= far + slack else type(near)(math.inf)
+
+
+@kernel
+def closest(  # type: ignore[no-untyped-def]
+    bounds, child, count, points, face, ox, oy, oz, dx, dy, dz, tmin, tmax, skip, stack
+):
+    """The nearest triangle with tmin < t < tmax whose face is not ``skip``: (triangle or -1, t, b0, b1, b2).
+
+    Of two at exactly the same t the one that comes first in the scene wins.
+    """
+    kx, ky, kz, sx, sy, sz = shear(dx, dy, dz)
+    one = type(dx)(1)
+    ix, iy, iz = one / dx, one / dy, one / dz
+    hit = -1
+    best, b0, b1, b2 = tmax, one, one, one
+    node, top = 0, 0
+    if _enter(bounds, 0, ox, oy, oz, ix, iy, iz, tmin, best) == math.inf:
+        return hit, best, b0, b1, b2
+    while True:
+        n = count[node]
+        first = child[node]
+        if n:
+            for i in range(first, first + n):
+                t, u, v, w = ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, points, i)
+                if t > tmin and (t < best or (t == best and hit >= 0 and face[i] < face[hit])) and face[i] != skip:
+                    hit, best, b0, b1, b2 = i, t, u, v, w
+        else:
+            t0 = _enter(bounds, first, ox, oy, oz, ix, iy, iz, tmin, best)
+            t1 = _enter(bounds, first + 1, ox, oy, oz, ix, iy, iz, tmin, best)
+            if t0 <= t1:
+                if t0 != math.inf:
+                    if t1 != math.inf:
+                        stack[top] = first + 1
+                        top += 1
+                    node = first
+                    continue
+            elif t1 != math.inf:
+                if t0 != math.inf:
+                    stack[top] = first
+                    top += 1
+                node = first + 1
+                continue
+        if top == 0:
+            return hit, best, b0, b1, b2
+        top -= 1
+        node = stack[top]
+
+
+@kernel
+def closest_sphere(spheres, ox, oy, oz, dx, dy, dz, tmin, tmax, skip):  # type: ignore[no-untyped-def]
+    """The nearest analytic sphere: (sphere or -1, t). ``skip`` is left by the ray from outside and not hit again."""
+    hit, best = -1, tmax
+    for i in range(spheres.radius.size):
+        if i == skip:
+            continue
+        t0, t1 = sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz)
+        t = t0 if t0 > tmin else t1
+        if t > tmin and t < best:
+            hit, best = i, t
+    return hit, best
+
+
+@kernel
+def sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz):  # type: ignore[no-untyped-def]
+    """Both roots of a world-space ray against sphere ``i``; an affine map keeps t."""
+    m = spheres.to_local[i]
+    return ray_sphere(
+        m[0] * ox + m[1] * oy + m[2] * oz + m[3],
+        m[4] * ox + m[5] * oy + m[6] * oz + m[7],
+        m[8] * ox + m[9] * oy + m[10] * oz + m[11],
+        m[0] * dx + m[1] * dy + m[2] * dz,
+        m[4] * dx + m[5] * dy + m[6] * dz,
+        m[8] * dx + m[9] * dy + m[10] * dz,
+        spheres.radius[i],
+    )
+
+
+@kernel
+def let_through(secondary, material, one):  # type: ignore[no-untyped-def]
+    """1 - the opacity of ``material``; without secondary rays in the scene every surface is opaque."""
+    if secondary is None:
+        return one - one
+    return one - secondary.coefficients[material, 0]
+
+
+@kernel
+def excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):  # type: ignore[no-untyped-def]
+    """Whether a shadow ray's hit on its own smooth mesh is facet self-shadow, not a real shadow.
+
+    The ray must leave the body there (``side`` is -1 where the viewer sees the mesh from behind), and its chord of
+    length ``t`` must stay within the sagitta: a smooth curve that leaves the chord's ends with the slopes N'.L deviates
+    from it by at most t/4 times the larger slope. ``slope`` and ``depth`` are those of the chord's start.
+    """
+    if flat.sagitta[i] < 0:
+        return False
+    p = flat.points[i]
+    ex, ey, ez = p[3] - p[0], p[4] - p[1], p[5] - p[2]
+    fx, fy, fz = p[6] - p[0], p[7] - p[1], p[8] - p[2]
+    leaving = (ey * fz - ez * fy) * dx + (ez * fx - ex * fz) * dy + (ex * fy - ey * fx) * dz
+    if leaving * side <= 0:
+        return False
+    c0, c1, c2 = flat.corner[i]
+    n = flat.normal
+    nx = b0 * n[c0, 0] + b1 * n[c1, 0] + b2 * n[c2, 0]
+    ny = b0 * n[c0, 1] + b1 * n[c1, 1] + b2 * n[c2, 1]
+    nz = b0 * n[c0, 2] + b1 * n[c1, 2] + b2 * n[c2, 2]
+    end = abs(nx * dx + ny * dy + nz * dz) / math.sqrt(nx * nx + ny * ny + nz * nz)
+    return t * max(slope, end) <= type(t)(4) * max(depth, flat.sagitta[i])
+
+
+@kernel
+def transmittance(  # type: ignore[no-untyped-def]
+    flat, spheres, secondary, ox, oy, oz, dx, dy, dz, tmin, tmax, face, sphere, owner, forgive, side, slope, depth, stack
+):
+    """The share of light that reaches (ox, oy, oz) along a unit direction, and whether facets of its own were forgiven.
+
+    ``face`` and ``sphere`` (or -1) are what the point lies on and are never hit; ``owner`` is its object. With
+    ``forgive`` hits on the owner's own facets are passed over where ``excused`` says so: the reference. Each crossing
+    of a surface with opacity attenuates by 1 - opacity.
+    """
+    one, zero = type(dx)(1), type(dx)(0)
+    light = one
+    forgiven = False
+    bounds, child, count, points = flat.bounds, flat.child, flat.count, flat.points
+    if points.shape[0]:
+        kx, ky, kz, sx, sy, sz = shear(dx, dy, dz)
+        ix, iy, iz = one / dx, one / dy, one / dz
+        stack[0] = 0
+        top = 1
+        while top:
+            top -= 1
+            node = stack[top]
+            if _enter(bounds, node, ox, oy, oz, ix, iy, iz, tmin, tmax) == math.inf:
+                continue
+            n = count[node]
+            first = child[node]
+            if n == 0:
+                stack[top] = first + 1
+                stack[top + 1] = first
+                top += 2
+                continue
+            for i in range(first, first + n):
+                t, b0, b1, b2 = ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, points, i)
+                if t > tmin and t < tmax and flat.face[i] != face:
+                    if forgive and flat.object[i] == owner:
+                        if excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):
+                            forgiven = True
+                            continue
+                    light *= let_through(secondary, flat.material[flat.object[i]], one)
+                    if light <= zero:
+                        return zero, False
+    if spheres is not None:
+        for i in range(spheres.radius.size):
+            if i == sphere:
+                continue
+            t0, t1 = sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz)
+            crossings = int(tmin < t0 < tmax) + int(tmin < t1 < tmax)
+            for _ in range(crossings):
+                light *= let_through(secondary, flat.material[spheres.object[i]], one)
+            if light <= zero:
+                return zero, False
+    return light, forgiven
+
+
+@kernel
+def trace(flat, origins, directions, hits, distances, barycentric):  # type: ignore[no-untyped-def]
+    """Closest triangles for many rays: (n, 3) origins and directions; fills (n,), (n,), (n, 3). For tests and benches."""
+    stack = np.empty(STACK, np.int32)
+    zero, far = type(origins[0, 0])(0), type(origins[0, 0])(math.inf)
+    for r in range(len(origins)):
+        ox, oy, oz = origins[r, 0], origins[r, 1], origins[r, 2]
+        dx, dy, dz = directions[r, 0], directions[r, 1], directions[r, 2]
+        i, t, b0, b1, b2 = closest(
+            flat.bounds, flat.child, flat.count, flat.points, flat.face, ox, oy, oz, dx, dy, dz, zero, far, -1, stack
+        )
+        hits[r] = i
+        distances[r] = t
+        barycentric[r, 0], barycentric[r, 1], barycentric[r, 2] = b0, b1, b2
