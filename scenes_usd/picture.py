@@ -45,16 +45,16 @@ _QUANTUM = {
 
 def read_picture(path: Path) -> Picture:
     """Read the first image in ``path``. One channel is repeated to three; alpha and further channels are left out."""
-    import OpenImageIO as oiio
+    import OpenImageIO
 
     where = str(path)
     if not path.is_file():
         raise PictureError("no such file", where=where, do="check the path")
     if path.stat().st_size == 0:
         raise PictureError("the file is empty (0 bytes)", where=where, do="the renderer was stopped before it wrote")
-    source = oiio.ImageInput.open(where)
+    source = OpenImageIO.ImageInput.open(where)
     if source is None:
-        reason = " ".join(oiio.geterror().split())
+        reason = " ".join(OpenImageIO.geterror().split())
         raise PictureError(f"not a picture ({reason})", where=where, expected="EXR, PNG, TIFF, HDR or PFM")
     try:
         spec = source.spec()
@@ -64,7 +64,7 @@ def read_picture(path: Path) -> Picture:
                 where=where,
                 expected=f"at most {MAX_PIXELS} pixels",
             )
-        data = source.read_image(oiio.FLOAT)
+        data = source.read_image(OpenImageIO.FLOAT)
         problem = " ".join(source.geterror().split())
         if data is None or problem:
             raise PictureError(
@@ -85,20 +85,20 @@ def read_picture(path: Path) -> Picture:
 
 def write_exr(
     path: Path, pixels: npt.NDArray[np.floating], *, half: bool = False, metadata: Mapping[str, str] = {}
-) -> None:  # noqa: B006 - a read-only mapping
+) -> None:
     """Write (h, w, c) pixels as a zip-compressed EXR, atomically: the file is complete or not there."""
-    import OpenImageIO as oiio
+    import OpenImageIO
 
     height, width, channels = pixels.shape
-    spec = oiio.ImageSpec(width, height, channels, oiio.HALF if half else oiio.FLOAT)
+    spec = OpenImageIO.ImageSpec(width, height, channels, OpenImageIO.HALF if half else OpenImageIO.FLOAT)
     spec.attribute("compression", "zip")
     spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
     for key, value in metadata.items():
         spec.attribute(key, value)
     partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.exr")
-    target = oiio.ImageOutput.create(str(partial))
+    target = OpenImageIO.ImageOutput.create(str(partial))
     if target is None or not target.open(str(partial), spec):
-        raise PictureError(f"cannot write ({oiio.geterror()})", where=str(path), do="is the folder writable?")
+        raise PictureError(f"cannot write ({OpenImageIO.geterror()})", where=str(path), do="is the folder writable?")
     done = target.write_image(np.ascontiguousarray(pixels, np.float32))
     done = target.close() and done
     if not done:

@@ -1,0 +1,91 @@
+"""terminator/sphere: a smooth sphere of facets, lit from the side, over a floor that catches its shadow."""
+
+from __future__ import annotations
+
+import math
+
+from notabug.scenes_usd.authoring.stage import camera, lambert, materials, mesh, placed, point_light, stage, variant_set
+from notabug.scenes_usd.authoring.usda import indent
+
+TESSELLATIONS = ((8, 4), (16, 8), (24, 12), (48, 24), (96, 48))
+DEFAULT = "24x12"
+
+CARD = {
+    "class": "terminator",
+    "claim": (
+        "Facets that stand for a smooth sphere throw shadows on each other beside the terminator, where the "
+        "interpolated normal still sees the light; for this light the dark notches cover an area that falls as "
+        "one over the number of facets around the sphere."
+    ),
+    "figure": "2, 3",
+    "cites": "Woo, Pearce and Ouellette 1996, Table 1, figures 2 and 3; Snyder and Barr 1987",
+}
+
+TILT = (
+    17.0,
+    11.0,
+    23.0,
+)  # degrees about x, y, z: takes the light off the grid's lines, so every phase of a facet occurs
+HEIGHT = 1.05  # of the centre: the sphere stands clear of the floor
+
+
+def files() -> dict[str, bytes]:
+    """The scene's files by their path below scenes_usd."""
+    floor = mesh(
+        "Floor",
+        [(-12.0, 0.0, 8.0), (8.0, 0.0, 8.0), (8.0, 0.0, -14.0), (-12.0, 0.0, -14.0)],
+        [(0, 1, 2, 3)],
+        material="Grey",
+    )
+    ball = (
+        'def Mesh "Ball" (\n    prepend apiSchemas = ["MaterialBindingAPI"]\n)\n{\n'
+        "    rel material:binding = </Scene/Materials/Clay>\n"
+        '    uniform token subdivisionScheme = "none"\n'
+        f"{indent(placed((0.0, HEIGHT, 0.0), TILT))}\n"
+        "}"
+    )
+    parts = [
+        camera((0.0, 4.2, 8.2), (-24.0, 4.0, 0.0), 0.29, (0.1, 100.0)),
+        point_light((16.0, 9.0, 4.0), 4800.0),
+        materials(lambert("Clay", (0.65, 0.6, 0.5)), lambert("Grey", (0.5, 0.5, 0.5))),
+        floor,
+        ball,
+        variant_set("tessellation", {f"{n}x{m}": _variant(n, m) for n, m in TESSELLATIONS}),
+    ]
+    metadata = f'variants = {{\n    string tessellation = "{DEFAULT}"\n}}\nprepend variantSets = "tessellation"'
+    return {
+        "terminator/sphere.usda": stage(CARD, parts, requires=("mesh", "normals", "point_light"), metadata=metadata)
+    }
+
+
+def lat_long(n: int, m: int) -> tuple[list[tuple[float, ...]], list[tuple[int, ...]]]:
+    """A unit sphere of ``n`` facets around and ``m`` from pole to pole (y): points and triangles, 2 n (m - 1) of them.
+
+    Triangles are counter-clockwise seen from outside; the points are their own normals.
+    """
+    points: list[tuple[float, ...]] = [(0.0, 1.0, 0.0)]
+    for j in range(1, m):
+        theta = math.pi * j / m
+        for i in range(n):
+            phi = 2 * math.pi * i / n
+            points.append((math.sin(theta) * math.sin(phi), math.cos(theta), math.sin(theta) * math.cos(phi)))
+    points.append((0.0, -1.0, 0.0))
+    last = len(points) - 1
+
+    def at(j: int, i: int) -> int:
+        return 1 + (j - 1) * n + i % n
+
+    faces: list[tuple[int, ...]] = [(0, at(1, i), at(1, i + 1)) for i in range(n)]
+    for j in range(1, m - 1):
+        for i in range(n):
+            a, b, c, d = at(j, i), at(j + 1, i), at(j + 1, i + 1), at(j, i + 1)
+            faces += [(a, b, c), (a, c, d)]
+    faces += [(at(m - 1, i), last, at(m - 1, i + 1)) for i in range(n)]
+    return points, faces
+
+
+def _variant(n: int, m: int) -> str:
+    points, faces = lat_long(n, m)
+    text = mesh("Ball", points, faces, normals=points, how="over")
+    body = "\n".join("    " + line if line else "" for line in text.split("\n") if "subdivisionScheme" not in line)
+    return "{\n" + body + "\n}"

@@ -1,0 +1,53 @@
+"""From a corpus id or a USD file to a Scene. Importing this module does not import OpenUSD; reading does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from notabug.scenes_usd.errors import SceneError, SelectionError
+from notabug.scenes_usd.scene import Scene
+
+CORPUS = Path(__file__).resolve().parent
+SUFFIXES = (".usda", ".usdc", ".usd", ".usdz")
+
+
+def read_scene(source: str | Path, variants: Mapping[str, str] | None = None) -> Scene:
+    """The scene ``source`` under the choice ``variants`` (variant set -> variant; sets left out keep their default).
+
+    ``source`` is a corpus id such as ``terminator/sphere`` or the path of a .usda, .usdc, .usd or .usdz file that
+    follows the contract. Lengths are the stage's own units: metersPerUnit is not applied. Materials and textures come
+    in the order of their first use by an object, objects and lights in the order of the stage.
+
+    Raises SelectionError for a scene, variant set or variant that does not exist, and SceneError, which names the prim
+    and the attribute, for everything in the file that the contract cannot say.
+    """
+    path = find(source)
+    return _read(path, variants or {})
+
+
+def find(source: str | Path) -> Path:
+    """The file of a corpus id or a path."""
+    path = Path(source)
+    if path.suffix in SUFFIXES:
+        if not path.is_file():
+            raise SceneError("no such file", where=str(source), do="check the path")
+        return path.resolve()
+    corpus = CORPUS / f"{source}.usda"
+    if isinstance(source, str) and len(path.parts) == 2 and ".." not in path.parts and corpus.is_file():
+        return corpus
+    known = ", ".join(f"{each.parent.name}/{each.stem}" for each in sorted(CORPUS.glob("*/*.usda")))
+    raise SelectionError(
+        f"no scene called {str(source)!r}", expected=f"one of {known}, or the path of a {', '.join(SUFFIXES)} file"
+    )
+
+
+def scene_id(path: Path) -> str:
+    """``<class>/<scene>`` inside the corpus, else the file's stem. ``path`` is resolved."""
+    return f"{path.parent.name}/{path.stem}" if path.parent.parent == CORPUS else path.stem
+
+
+def _read(path: Path, variants: Mapping[str, str]) -> Scene:
+    from notabug.scenes_usd.reader_stage import read_stage
+
+    return read_stage(path, scene_id(path), variants)

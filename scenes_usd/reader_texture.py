@@ -1,0 +1,147 @@
+"""UsdUVTexture to Texture: the file is found beside its layer, read once and decoded to linear."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pxr import Ar, Usd, UsdShade
+
+from notabug.scenes_usd.errors import SceneError
+from notabug.scenes_usd.picture import Picture, PictureError, read_picture
+from notabug.scenes_usd.reader_values import TIME, fault
+from notabug.scenes_usd.scene import Floats, Texture
+
+_INPUTS = {"file", "st", "wrapS", "wrapT", "sourceColorSpace", "scale", "bias", "fallback"}
+_IDENTITY = {"scale": (1.0, 1.0, 1.0, 1.0), "bias": (0.0, 0.0, 0.0, 0.0)}
+
+Wrap = Literal["repeat", "clamp"]
+
+
+class Textures:
+    """The textures of a stage by first use: the same file read in the same way has one index."""
+
+    def __init__(self) -> None:
+        self.found: list[Texture] = []
+        self._index: dict[tuple[str, str, str, str], int] = {}
+
+    def index(self, user: Usd.Prim, attribute: str, output: Usd.Attribute) -> int:
+        """The index of the texture whose ``output`` attribute feeds ``attribute`` of the shader ``user``."""
+        shader = UsdShade.Shader(output.GetPrim())
+        if str(shader.GetShaderId()) != "UsdUVTexture" or output.GetName() != "outputs:rgb":
+            raise fault(
+                user,
+                attribute,
+                "unsupported connection",
+                expected="outputs:rgb of a UsdUVTexture",
+                got=str(output.GetPath()),
+            )
+        prim = shader.GetPrim()
+        for each in shader.GetInputs():
+            if each.GetBaseName() not in _INPUTS:
+                raise fault(prim, str(each.GetFullName()), "unknown input", expected=", ".join(sorted(_INPUTS)))
+        for name, identity in _IDENTITY.items():
+            found = tuple(_get(shader, name, identity))
+            if found != identity:
+                raise fault(prim, f"inputs:{name}", "not supported", expected=str(identity), got=str(found))
+        _check_coordinates(shader)
+        wrap_s, wrap_t = _wrap(shader, "wrapS"), _wrap(shader, "wrapT")
+        space = str(_get(shader, "sourceColorSpace", "auto"))
+        if space not in ("raw", "sRGB", "auto"):
+            raise fault(
+                prim, "inputs:sourceColorSpace", "unknown colour space", expected="raw, sRGB or auto", got=space
+            )
+        asset = _get(shader, "file", None)
+        name = asset.resolvedPath if asset is not None else ""
+        if not name:
+            got = f"@{asset.path}@" if asset is not None else "no path"
+            raise fault(prim, "inputs:file", "no such texture file", got=got, do="paths are relative to their layer")
+        key = (name, wrap_s, wrap_t, space)
+        if key not in self._index:
+            self._index[key] = len(self.found)
+            self.found.append(_load(prim, name, wrap_s, wrap_t, space))
+        return self._index[key]
+
+
+def _load(prim: Usd.Prim, name: str, wrap_s: Wrap, wrap_t: Wrap, space: str) -> Texture:
+    try:
+        picture = _read_asset(name)
+    except PictureError as error:
+        raise SceneError(
+            error.what,
+            where=f"{prim.GetPath()}.inputs:file",
+            expected=error.expected,
+            got=error.got or name,
+            do=error.do,
+        ) from error
+    if picture.channels not in (1, 3):
+        raise fault(
+            prim,
+            "inputs:file",
+            "textures with alpha are not supported",
+            expected="1 or 3 channels",
+            got=str(picture.channels),
+        )
+    if space == "auto":  # UsdPreviewSurface: eight bits and three channels are sRGB, all else is linear
+        space = "sRGB" if picture.channels == 3 and picture.quantum == 1 / 255 else "raw"
+    pixels: Floats = picture.pixels.astype(np.float64)
+    if picture.quantum in (1 / 255, 1 / 65535):  # the exact fractions, without the float32 they were read through
+        pixels = np.rint(pixels / picture.quantum) / round(1 / picture.quantum)
+    if not (np.isfinite(pixels).all() and pixels.min() >= 0.0 and pixels.max() <= 1.0):
+        raise fault(prim, "inputs:file", "texels out of range", expected="0 to 1", got=name)
+    linear = decode_srgb(pixels) if space == "sRGB" else pixels
+    return Texture(Path(name), np.ascontiguousarray(linear), wrap_s, wrap_t, "sRGB" if space == "sRGB" else "raw")
+
+
+def decode_srgb(encoded: Floats) -> Floats:
+    """IEC 61966-2-1: the encoded value 0..1 to linear 0..1; 0.5 becomes 0.21404."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def _read_asset(name: str) -> Picture:
+    """A picture file, also one inside a .usdz package."""
+    if not Ar.IsPackageRelativePath(name):
+        return read_picture(Path(name))
+    asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(name))
+    if not asset:
+        raise PictureError("cannot be opened in its package", where=name)
+    inner = Ar.SplitPackageRelativePathInner(name)[1]
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / f"texture{Path(inner).suffix}"
+        copy.write_bytes(asset.GetBuffer())
+        return read_picture(copy)
+
+
+def _check_coordinates(shader: UsdShade.Shader) -> None:
+    """The texture must be looked up by the primvar ``st`` and nothing in between."""
+    given = shader.GetInput("st")
+    sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
+    reader = UsdShade.Shader(sources[0].GetPrim()) if len(sources) == 1 else UsdShade.Shader()
+    expected = 'a UsdPrimvarReader_float2 with varname "st"'
+    if not reader or str(reader.GetShaderId()) != "UsdPrimvarReader_float2":
+        got = str(reader.GetShaderId()) if reader else "no connection"
+        raise fault(shader.GetPrim(), "inputs:st", "unsupported texture coordinates", expected=expected, got=got)
+    name = str(_get(reader, "varname", ""))
+    if name != "st":
+        raise fault(
+            reader.GetPrim(), "inputs:varname", "unsupported texture coordinates", expected="st", got=repr(name)
+        )
+
+
+def _wrap(shader: UsdShade.Shader, name: str) -> Wrap:
+    found = str(_get(shader, name, "useMetadata"))
+    if found == "repeat":
+        return "repeat"
+    if found == "clamp":
+        return "clamp"
+    raise fault(shader.GetPrim(), f"inputs:{name}", "not supported", expected="repeat or clamp", got=found)
+
+
+def _get(shader: UsdShade.Shader, name: str, fallback: Any) -> Any:
+    """The input's value, through interface connections."""
+    given = shader.GetInput(name)
+    sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
+    found = sources[0].Get(TIME) if sources else None
+    return fallback if found is None else found
