@@ -44,7 +44,7 @@ def camera(eye: Row, turn: Row, tangent: float, clip: tuple[float, float]) -> st
         f"    float horizontalAperture = {number(aperture)}\n"
         f"    float verticalAperture = {number(aperture)}\n"
         '    token projection = "perspective"\n'
-        f"{indent(placed(eye, turn))}\n"
+        f"{indent(placed(eye, turn))}"
         "}"
     )
 
@@ -56,28 +56,28 @@ def point_light(position: Row, intensity: float) -> str:
         f"    float inputs:intensity = {number(intensity)}\n"
         "    bool inputs:normalize = 1\n"
         "    bool treatAsPoint = 1\n"
-        f"{indent(placed(position))}\n"
+        f"{indent(placed(position))}"
         "}"
     )
 
 
 def distant_light(turn: Row, irradiance: float) -> str:
-    """/Scene/Light, parallel, shining along -z turned by ``turn`` degrees, ``irradiance`` [W/m^2] at normal incidence."""
+    """/Scene/Light, parallel, shining along -z turned by ``turn`` degrees; ``irradiance`` [W/m^2] face on."""
     return (
         'def DistantLight "Light"\n{\n'
         "    float inputs:angle = 0\n"
         f"    float inputs:intensity = {number(irradiance)}\n"
-        f"{indent(placed(turn=turn))}\n"
+        f"{indent(placed(turn=turn))}"
         "}"
     )
 
 
 def placed(where: Row = (), turn: Row = ()) -> str:
-    """Transform ops: turned by ``turn`` degrees about x, then y, then z, and moved to ``where``."""
+    """Lines of transform ops: turned by ``turn`` degrees about x, then y, then z, and moved to ``where``."""
     ops = {"double3 xformOp:translate": where, "float3 xformOp:rotateXYZ": turn}
     lines = [f"{name} = {vector(numbers)}" for name, numbers in ops.items() if numbers]
     order = ", ".join(quote(name.split()[1]) for name, numbers in ops.items() if numbers)
-    return "\n".join([*lines, f"uniform token[] xformOpOrder = [{order}]"] if lines else [])
+    return "".join(f"{line}\n" for line in [*lines, f"uniform token[] xformOpOrder = [{order}]"] if lines)
 
 
 def materials(*each: str) -> str:

@@ -33,7 +33,7 @@ def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     floor = mesh(
         "Floor",
-        [(-12.0, 0.0, 8.0), (8.0, 0.0, 8.0), (8.0, 0.0, -14.0), (-12.0, 0.0, -14.0)],
+        [(-16.0, 0.0, 8.0), (12.0, 0.0, 8.0), (12.0, 0.0, -20.0), (-16.0, 0.0, -20.0)],
         [(0, 1, 2, 3)],
         material="Grey",
     )
@@ -41,12 +41,12 @@ def files() -> dict[str, bytes]:
         'def Mesh "Ball" (\n    prepend apiSchemas = ["MaterialBindingAPI"]\n)\n{\n'
         "    rel material:binding = </Scene/Materials/Clay>\n"
         '    uniform token subdivisionScheme = "none"\n'
-        f"{indent(placed((0.0, HEIGHT, 0.0), TILT))}\n"
+        f"{indent(placed((0.0, HEIGHT, 0.0), TILT))}"
         "}"
     )
     parts = [
-        camera((0.0, 4.2, 8.2), (-24.0, 4.0, 0.0), 0.29, (0.1, 100.0)),
-        point_light((16.0, 9.0, 4.0), 4800.0),
+        camera((0.0, 4.2, 8.2), (-23.0, 3.5, 0.0), 0.22, (0.1, 100.0)),
+        point_light((14.0, 12.0, -2.0), 4000.0),
         materials(lambert("Clay", (0.65, 0.6, 0.5)), lambert("Grey", (0.5, 0.5, 0.5))),
         floor,
         ball,

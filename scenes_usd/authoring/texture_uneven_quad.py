@@ -58,8 +58,8 @@ def files() -> dict[str, bytes]:
         "grid15": _variant(mesh("Mesh", *_grid(GRID)[:2], uv=_grid(GRID)[2], material="Checker"), guide=True),
     }
     parts = [
-        camera((0.0, 0.0, 4.4), (), 0.36, (0.1, 100.0)),
-        distant_light((-26.0, 17.0, 0.0), 3.2),
+        camera((-0.05, 0.05, 4.4), (), 0.41, (0.1, 100.0)),
+        distant_light((-26.0, 17.0, 0.0), 3.0),
         materials(textured("Checker", "./textures/uneven_quad.png")),
         quad,
         variant_set("split", variants),
