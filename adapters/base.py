@@ -42,7 +42,7 @@ class Declaration:
     relative_quantum : True where the step scales with the value (floating-point output).
     noisy : True where another seed gives another picture.
     ngon_split : the diagonal by which n-gons are cut before the renderer sees them: ``02`` joins corner 0 and 2;
-        "" where n-gons keep their bilinear map.
+        "" where n-gons keep their bilinear map; ``unknown`` for a picture of unknown making.
     silhouette : what becomes of an interpolated normal that faces away from the viewer.
     """
 
@@ -52,7 +52,7 @@ class Declaration:
     quantum: float
     relative_quantum: bool
     noisy: bool
-    ngon_split: Literal["", "02", "13"] = ""
+    ngon_split: Literal["", "02", "13", "unknown"] = ""
     silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
 
 

@@ -21,7 +21,7 @@ GLYPH: dict[str, str] = {
 class Finding:
     """One region that deviates, with its explanation.
 
-    ``area_px`` is the sum of alpha (the share of a pixel that the artifact takes) over the region's pixels, so noise and
+    ``regions`` are the boxes of its parts, largest first. ``area_px`` is the sum of alpha (the share of a pixel that the artifact takes) over the region's pixels, so noise and
     filter do not move it. ``jnd`` is the 95th percentile of ICtCp's Delta E_ITP over the region (1: just noticeable).
     ``z`` is the largest significance: |residual| in units of its standard error (or of the tolerance when there is no
     noise). ``region`` is [x0, y0, x1, y1) in pixels, y down.
@@ -35,6 +35,7 @@ class Finding:
     z: float = 0.0
     visible: bool = True
     message: str = ""
+    regions: tuple[tuple[int, int, int, int], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +66,14 @@ class Verdict:
     def from_dict(cls, data: dict[str, Any]) -> Verdict:
         return cls(
             word=data["word"],
-            findings=tuple(Finding(**{**each, "region": tuple(each["region"])}) for each in data["findings"]),
+            findings=tuple(_finding(each) for each in data["findings"]),
             legs={name: Leg(**each) for name, each in data["legs"].items()},
             triggers=tuple(data["triggers"]),
             message=data["message"],
             numbers=dict(data["numbers"]),
         )
+
+
+def _finding(data: dict[str, Any]) -> Finding:
+    boxes = {"region": tuple(data["region"]), "regions": tuple(tuple(each) for each in data.get("regions", ()))}
+    return Finding(**{**data, **boxes})

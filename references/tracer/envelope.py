@@ -56,7 +56,8 @@ class Envelope:
     lo, hi : (h, w, 3) smallest and largest value in the footprint.
     ids : (h, w) what is seen at the centre: object and the lights that reach it.
     edge : (h, w) the id changes inside the pixel.
-    spared : (h, w) share of the footprint whose light the facets of its own mesh would block.
+    spared, spared_point : (h, w) share of the footprint, and of the centre (0 or 1), whose light the facets of its own
+        mesh would block.
     """
 
     point: Floats
@@ -67,6 +68,7 @@ class Envelope:
     ids: npt.NDArray[np.int64]
     edge: Bools
     spared: Floats
+    spared_point: Floats
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         return {each.name: getattr(self, each.name) for each in fields(self)}
@@ -163,7 +165,8 @@ def trace_envelope(
         hi=np.maximum(fine.hi, centre.mean),
         ids=centre.ids,
         edge=fine.mixed,
-        spared=np.maximum(fine.spared, centre.spared),
+        spared=fine.spared,
+        spared_point=centre.spared,
     )
 
 

@@ -26,21 +26,18 @@ def cache_root() -> Path:
     return Path(os.environ.get("NOTABUG_CACHE") or platformdirs.user_cache_dir("notabug"))
 
 
-def _source_hash() -> str:
+def source_hash(folder: Path) -> str:
+    """A hash of every Python file below ``folder``: part of the key of whatever that code computes."""
     state = hashlib.blake2b(digest_size=8)
-    for path in sorted(Path(__file__).parent.parent.rglob("*.py")):
+    for path in sorted(folder.rglob("*.py")):
         state.update(path.name.encode())
         state.update(path.read_bytes())
     return state.hexdigest()
 
 
-SOURCE_HASH = _source_hash()
-"""Hash of every file below ``references``: part of the key of whatever they compute."""
-
-
 def _folder() -> Path:
     root = cache_root() / "kernels"
-    folder = root / SOURCE_HASH
+    folder = root / source_hash(Path(__file__).parent)
     folder.mkdir(parents=True, exist_ok=True)
     old = sorted((each for each in root.iterdir() if each != folder), key=lambda each: each.stat().st_mtime)
     for each in old[: max(0, len(old) - _KEPT + 1)]:

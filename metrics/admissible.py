@@ -1,0 +1,82 @@
+"""Steps 2 to 4 of the question "may this pixel look like that?": the admissible set of a hypothesis, and its tolerance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from notabug.adapters.base import Declaration
+from notabug.references.tracer.envelope import Envelope
+
+Floats = npt.NDArray[np.floating]
+Bools = npt.NDArray[np.bool_]
+
+RELATIVE = 0.004  # the default tolerance of a verdict
+ABSOLUTE = 5e-4  # of the brightest value of the picture
+LSB = 0.55  # a rounded value is off by half a step, and a little for a rounding error before it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Admissible:
+    """One fixed picture with its slack: (h, w, 3) ``value``, ``lo`` <= ``value`` <= ``hi``, ``tau``; (h, w) ``edge``.
+
+    Off the edges lo = value = hi, and a picture may differ from it by the tolerance ``tau``. At edges, where a sample
+    that falls a thousandth of a pixel beside ours may see another surface, anything from lo to hi is admitted.
+    """
+
+    value: Floats
+    lo: Floats
+    hi: Floats
+    tau: Floats
+    edge: Bools
+    share: Floats  # (h, w) share of the footprint that was spared facet self-shadow: see Envelope.spared
+
+
+def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = RELATIVE) -> Admissible:
+    """What ``envelope`` admits for pictures of a renderer that declares its pixel filter and its output's precision."""
+    point = declaration.filter == "point"
+    value = envelope.point if point else envelope.mean
+    reach = math.ceil(declaration.radius)
+    edge = edges(envelope, reach)
+    size = (2 * reach + 1, 2 * reach + 1, 1)
+    lo = ndimage.minimum_filter(envelope.lo, size=size) if reach else envelope.lo
+    hi = ndimage.maximum_filter(envelope.hi, size=size) if reach else envelope.hi
+    at = edge[..., None]
+    tau = tolerance * np.abs(value) + ABSOLUTE * float(value.max(initial=0.0))
+    tau += LSB * declaration.quantum * (np.abs(value) if declaration.relative_quantum else 1.0)
+    if not point:  # 16 regular subsamples give the mean of a bilinear texture's footprint to this share of its range
+        tau += 0.02 * (envelope.hi - envelope.lo)
+    if declaration.filter not in ("point", "box"):
+        bend = ndimage.maximum_filter(np.abs(laplacian(value)).max(axis=2), size=3)
+        tau += 0.15 * np.where(edge, 0.0, bend)[..., None]
+    share = envelope.spared_point if point else envelope.spared
+    return Admissible(value, np.where(at, lo, value), np.where(at, hi, value), tau, edge, share)
+
+
+def edges(envelope: Envelope, reach: int) -> Bools:
+    """Pixels whose id changes inside them or towards a neighbour, widened by ``reach`` pixels."""
+    found = envelope.edge.copy()
+    ids = envelope.ids
+    across, down = ids[:, 1:] != ids[:, :-1], ids[1:] != ids[:-1]
+    found[:, 1:] |= across
+    found[:, :-1] |= across
+    found[1:] |= down
+    found[:-1] |= down
+    if reach:
+        found = ndimage.binary_dilation(found, np.ones((3, 3), bool), iterations=reach)
+    return np.asarray(found, np.bool_)
+
+
+def residual(mean: Floats, to: Admissible) -> Floats:
+    """The signed distance (h, w, 3) of ``mean`` from the interval [lo, hi]; inside it 0."""
+    return mean - np.clip(mean, to.lo, to.hi)
+
+
+def laplacian(value: Floats) -> Floats:
+    """The five-point Laplacian of each channel of (h, w, 3)."""
+    across = ndimage.correlate1d(value, [1.0, -2.0, 1.0], axis=1, mode="nearest")
+    return np.asarray(across + ndimage.correlate1d(value, [1.0, -2.0, 1.0], axis=0, mode="nearest"))

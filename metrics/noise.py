@@ -1,0 +1,58 @@
+"""Step 1: what the seeds agree on, and how well: the mean of the pictures and the pooled variance of that mean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+Floats = npt.NDArray[np.floating]
+TILE = 16
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """The mean of K pictures (h, w, 3), the variance of that mean (h, w, 3), its degrees of freedom, and ``kappa``, by
+    which the variance of a tile's mean exceeds that of independent pixels (1 where filters do not spread samples)."""
+
+    mean: Floats
+    variance: Floats
+    freedom: float
+    kappa: float
+    seeds: int
+
+    @property
+    def noisy(self) -> bool:
+        return self.seeds > 1
+
+
+def tiles(values: Floats, weight: Floats | None = None) -> Floats:
+    """Sums of ``values`` (h, w[, c]) over 16 x 16 tiles, ragged at the right and lower border."""
+    if weight is not None:
+        values = values * weight
+    rows = np.add.reduceat(values, np.arange(0, values.shape[0], TILE), axis=0)
+    return np.asarray(np.add.reduceat(rows, np.arange(0, values.shape[1], TILE), axis=1))
+
+
+def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured:
+    """The mean and pooled variance of ``pictures``; at ``edge`` pixels the larger of pooled and own variance.
+
+    Variances are pooled over 5 x 5 pixels, which gives 12.5 (K - 1) degrees of freedom: few seeds often agree exactly by
+    chance, and an unpooled variance would then make any residual significant. All-equal pictures count as one.
+    """
+    stack = np.stack([np.asarray(each, np.float64) for each in pictures])
+    mean = stack.mean(axis=0)
+    seeds = len(stack)
+    if seeds == 1 or not np.ptp(stack, axis=0).any():
+        return Measured(mean, np.zeros_like(mean), np.inf, 1.0, 1)
+    own = stack.var(axis=0, ddof=1) / seeds
+    pooled = ndimage.uniform_filter(own, size=(5, 5, 1), mode="nearest")
+    variance = np.where(edge[..., None], np.maximum(pooled, own), pooled)
+    count = tiles(np.ones(mean.shape[:2]))[..., None]
+    between = np.stack([tiles(each) for each in stack]).var(axis=0, ddof=1) / seeds / count**2
+    within = tiles(own) / count**2
+    kappa = max(1.0, float(between.sum() / within.sum())) if within.sum() > 0 else 1.0
+    return Measured(mean, np.maximum(variance, 0.0), 12.5 * (seeds - 1), kappa, seeds)

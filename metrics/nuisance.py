@@ -1,0 +1,103 @@
+"""Step 4: a gain and a shift of the whole picture, which also name the cause."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from notabug.metrics.admissible import Admissible, laplacian
+from notabug.metrics.noise import Measured
+
+Bools = npt.NDArray[np.bool_]
+
+GAIN = 0.004  # a gain within this of 1, plus three standard errors, is none
+SHIFT = 0.2  # pixels; aliased edges fake up to 0.13
+_MIN_PIXELS = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Nuisance:
+    """The gain and its standard error; the shift in pixels (x right, y down) and its standard error."""
+
+    gain: float = 1.0
+    gain_error: float = 0.0
+    shift: tuple[float, float] = (0.0, 0.0)
+    shift_error: float = 0.0
+
+    @property
+    def gained(self) -> bool:
+        return abs(self.gain - 1.0) > GAIN + 3.0 * self.gain_error
+
+    @property
+    def shifted(self) -> bool:
+        return max(abs(each) for each in self.shift) > SHIFT + 3.0 * self.shift_error
+
+
+def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
+    """The gain on smooth pixels by Tukey-weighted least squares, the shift at edges by Huber regression.
+
+    ``excluded`` (h, w) are pixels that a limitation may change. A fit is believed only where it describes most of the
+    picture: an artifact in a corner is no gain.
+    """
+    gain, gain_error = _gain(measured, to, ~to.edge & ~excluded)
+    shift, shift_error = _shift(measured, to, gain, excluded)
+    return Nuisance(gain, gain_error, shift, shift_error)
+
+
+def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, float]:
+    x, y = to.value[smooth].ravel(), measured.mean[smooth].ravel()
+    bright = x > 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)
+    x, y = x[bright], y[bright]
+    if x.size < _MIN_PIXELS:
+        return 1.0, 0.0
+    ratio = y / x
+    gain = float(np.median(ratio))
+    spread = 1.4826 * float(np.median(np.abs(ratio - gain)))
+    noise = np.sqrt(measured.variance[smooth].ravel()[bright]) / x
+    scale = np.maximum(np.maximum(spread, 1e-4), noise)
+    for _ in range(5):
+        u = (ratio - gain) / (4.685 * scale)
+        weight = np.where(np.abs(u) < 1, (1 - u * u) ** 2, 0.0) * x * x
+        total = float(weight.sum())
+        if total <= 0:
+            return gain, 0.0
+        gain = float((weight * ratio).sum() / total)
+    error = float(np.sqrt(((weight * scale) ** 2).sum()) / total) * np.sqrt(measured.kappa)
+    agree = np.abs(ratio - gain) < 0.5 * max(abs(gain - 1.0), GAIN) + 3.0 * noise
+    if float(agree.mean()) < 0.5:  # not one gain: something else
+        return 1.0, error
+    return gain, error
+
+
+def _shift(
+    measured: Measured, to: Admissible, gain: float, excluded: Bools
+) -> tuple[tuple[float, float], float]:
+    dx = ndimage.correlate1d(to.value, [-0.5, 0.0, 0.5], axis=1, mode="nearest")
+    dy = ndimage.correlate1d(to.value, [-0.5, 0.0, 0.5], axis=0, mode="nearest")
+    strong = np.abs(dx) + np.abs(dy)
+    at = (strong.max(axis=2) > 0.05 * float(to.value.max(initial=0.0))) & ~excluded
+    if at.sum() < _MIN_PIXELS:
+        return (0.0, 0.0), 0.0
+    # a picture moved by (sx, sy) is R - sx dR/dx - sy dR/dy; the Laplacian takes up a benign blur
+    a = np.stack([-dx[at].ravel(), -dy[at].ravel(), laplacian(to.value)[at].ravel()], axis=1)
+    b = (measured.mean[at] - gain * to.value[at]).ravel()
+    weight = np.ones_like(b)
+    fit = np.zeros(3)
+    for _ in range(6):
+        normal = a.T @ (a * weight[:, None])
+        try:
+            fit = np.linalg.solve(normal + 1e-12 * np.trace(normal) * np.eye(3), a.T @ (b * weight))
+        except np.linalg.LinAlgError:
+            return (0.0, 0.0), 0.0
+        r = b - a @ fit
+        scale = max(1.4826 * float(np.median(np.abs(r))), 1e-6)
+        weight = np.minimum(1.0, 1.345 * scale / np.maximum(np.abs(r), 1e-12))
+    before, after = float(np.abs(b).sum()), float(np.abs(b - a @ fit).sum())
+    variance = float((weight * (b - a @ fit) ** 2).sum() / max(weight.sum(), 1.0))
+    error = float(np.sqrt(variance * np.diag(np.linalg.inv(normal + 1e-12 * np.trace(normal) * np.eye(3)))[:2].max()))
+    if after > 0.75 * before:  # a shift explains the edges, or it is no shift
+        return (0.0, 0.0), error
+    return (float(fit[0]), float(fit[1])), error

@@ -1,0 +1,82 @@
+"""Steps 5 and 7: which pixels and which tiles deviate more than tolerance and noise allow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage, special
+
+from notabug.metrics.admissible import Admissible, Bools
+from notabug.metrics.noise import TILE, Measured, tiles
+
+Floats = npt.NDArray[np.floating]
+
+RATE = 0.01  # false discovery rate of Benjamini and Hochberg 1995
+BUDGET = 8  # pixels beside an edge that may be wrong: where two renderers' last bits see another surface
+NEAR = 2  # pixels from an edge
+CHANNELS = 6  # two-sided tests of three channels
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Significance:
+    """Significant pixels (h, w), tiles (th, tw), and ``z`` (h, w): |residual| beyond tolerance in standard errors, or in
+    tolerances when there is no noise."""
+
+    pixels: Bools
+    tiles: Bools
+    z: Floats
+    excess: float  # sum over pixels of the residual beyond tolerance: the length of a bug leg
+    away: int  # significant pixels that no edge excuses
+
+    @property
+    def triggers(self) -> tuple[str, ...]:
+        found = []
+        if int(self.pixels.sum()) > BUDGET or self.away:
+            found.append("pixels")
+        if self.tiles.any():
+            found.append("tile")
+        return tuple(found)
+
+
+def discoveries(p: Floats, rate: float = RATE) -> Bools:
+    """Which of the p-values are discoveries at the false discovery rate ``rate``; the shape of ``p``."""
+    flat = np.sort(p, axis=None)
+    under = np.flatnonzero(flat <= rate * np.arange(1, flat.size + 1) / flat.size)
+    if not under.size:
+        return np.zeros(p.shape, np.bool_)
+    return np.asarray(p <= flat[under[-1]])
+
+
+def significance(residual: Floats, measured: Measured, to: Admissible) -> Significance:
+    """Test the residual (h, w, 3) pixel by pixel and tile by tile."""
+    beyond = np.maximum(np.abs(residual) - to.tau, 0.0)
+    if not measured.noisy:
+        z = (np.abs(residual) / to.tau).max(axis=2)
+        pixels = beyond.max(axis=2) > 0
+        tile = np.zeros(1, np.bool_)
+    else:
+        error = np.sqrt(np.maximum(measured.variance, 1e-30))
+        z = (beyond / error).max(axis=2)
+        p = np.minimum(1.0, CHANNELS * special.stdtr(measured.freedom, -z))
+        pixels = discoveries(p) & (z > 0)
+        tile = _tiles(residual, measured, to)
+    near = ndimage.binary_dilation(to.edge, np.ones((3, 3), bool), iterations=NEAR)
+    away = int((pixels & ~near).sum())
+    if measured.noisy and away <= 2:  # what the false discovery rate lets through
+        away = 0
+    return Significance(pixels, tile, z, float((beyond.max(axis=2) * pixels).sum()), away)
+
+
+def _tiles(residual: Floats, measured: Measured, to: Admissible) -> Bools:
+    """Tiles whose mean residual is faint in every pixel and yet beyond tolerance and noise."""
+    smooth = (~to.edge)[..., None]
+    count = np.maximum(tiles(smooth.astype(float)), 1.0)
+    mean = np.abs(tiles(residual, smooth)) / count
+    tau = tiles(to.tau, smooth) / count
+    error = np.sqrt(measured.kappa * tiles(measured.variance, smooth)) / count
+    z = np.maximum(mean - tau, 0.0) / np.maximum(error, 1e-15)
+    enough = tiles(smooth.astype(float))[..., 0] >= TILE
+    p = np.minimum(1.0, CHANNELS * special.ndtr(-z.max(axis=2)))
+    return discoveries(np.where(enough, p, 1.0)) & (z.max(axis=2) > 0)

@@ -1,0 +1,62 @@
+"""Step 0: a picture that is no picture. Non-finite pixels and wrong sizes are said first: other comparisons hide NaN."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.metrics.verdict import Finding
+
+NEGATIVE = -1e-6  # rounding of a renderer's own sums; filters with negative lobes are declared
+
+
+def invalid(pictures: Sequence[npt.NDArray[np.floating]], height: int, width: int) -> Finding | None:
+    """What makes ``pictures`` (each (h, w, 3)) unfit to be compared with a reference of that size, or None."""
+    for picture in pictures:
+        if picture.ndim != 3 or picture.shape[2] != 3:
+            return Finding("bug", "wrong_channels", 0.0, (0, 0, 0, 0), message=f"expected (h, w, 3), got {picture.shape}")
+        h, w = picture.shape[:2]
+        if (h, w) != (height, width):
+            return Finding(
+                "bug",
+                "wrong_size",
+                float(h * w),
+                (0, 0, w, h),
+                message=f"the picture is {w} x {h}, expected {width} x {height}{_scale(w / width, h / height)}",
+            )
+        finite = np.isfinite(picture).all(axis=2)
+        if not finite.all():
+            count = int((~finite).sum())
+            y, x = (int(v) for v in np.argwhere(~finite)[0])
+            return Finding(
+                "bug",
+                "non_finite",
+                float(count),
+                box(~finite),
+                z=float("inf"),
+                message=f"{count} of {h * w} pixels are NaN or infinite, the first at ({x}, {y})",
+            )
+        negative = picture.min(axis=2) < NEGATIVE
+        if negative.any():
+            return Finding(
+                "bug",
+                "negative",
+                float(negative.sum()),
+                box(negative),
+                message=f"{int(negative.sum())} pixels are negative, down to {float(picture.min()):.3g}",
+            )
+    return None
+
+
+def _scale(x: float, y: float) -> str:
+    return f": scaled by {x:g}" if abs(x - y) < 1e-9 else ""
+
+
+def box(mask: npt.NDArray[np.bool_]) -> tuple[int, int, int, int]:
+    """The bounding box [x0, y0, x1, y1) of ``mask`` (h, w)."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if not len(rows):
+        return (0, 0, 0, 0)
+    return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1

@@ -1,0 +1,1 @@
+"""The models, one artifact class a file: each file defines ``models(scene)``."""

@@ -1,0 +1,63 @@
+"""Model: one way a picture can legitimately, or wrongly, come out; a configuration of the in-house renderer."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import notabug.references.models
+from notabug.scenes_usd.scene import Mesh, Scene
+
+Edit = Callable[[Scene], Scene]
+
+
+def unchanged(scene: Scene) -> Scene:
+    """The edit that edits nothing."""
+    return scene
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A limitation, a convention or a fault, as it acts on one scene.
+
+    Attributes
+    ----------
+    name : what a finding is called.
+    kind : ``limitation`` (a legitimate approximation), ``convention`` (a choice where renderers legitimately differ),
+        ``fault`` (a coding error).
+    rule : what a limitation admits: ``choice`` all or nothing for a whole object, ``partial`` any value between
+        reference and limited picture, ``set`` a mixture of listed values. Faults are ``choice``.
+    claim : what happens, in one sentence.
+    cites : where it is described.
+    edit : how the scene is changed before it is rendered; sees ``Scene.intent`` still in place.
+    options : switches of the tracer (fields of ``Options``).
+    when : (field, value) of an adapter's declaration without which the model is not considered; None: always.
+    """
+
+    name: str
+    kind: Literal["limitation", "convention", "fault"]
+    claim: str
+    cites: str
+    rule: Literal["choice", "partial", "set"] = "choice"
+    edit: Edit = unchanged
+    options: Mapping[str, Any] = field(default_factory=dict)
+    when: tuple[str, str] | None = None
+
+
+def edit_meshes(scene: Scene, edit: Callable[[Mesh], Mesh]) -> Scene:
+    """The scene with ``edit`` applied to every mesh, the intent's too."""
+    return replace(
+        scene,
+        objects=tuple(edit(each) if isinstance(each, Mesh) else each for each in scene.objects),
+        intent=None if scene.intent is None else edit(scene.intent),
+    )
+
+
+def models(scene: Scene) -> Iterator[Model]:
+    """Every model that can act on ``scene``, from its content: the files of this folder that define ``models``."""
+    for module in pkgutil.iter_modules(notabug.references.models.__path__):
+        if module.name != "model":
+            yield from importlib.import_module(f"notabug.references.models.{module.name}").models(scene)

@@ -1,0 +1,57 @@
+"""The terminator problem: planar facets that stand for a smooth surface and shadow it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from notabug.references.models.model import Model, edit_meshes
+from notabug.scenes_usd.scene import Scene
+
+_PAPER = "Woo, Pearce and Ouellette 1996, table 1 and figure 3"
+
+
+def models(scene: Scene) -> Iterator[Model]:
+    """Models of a scene with lights, or with interpolated normals and lights."""
+    if not scene.lights:
+        return
+    yield Model(
+        name="no_shadow",
+        kind="fault",
+        claim="no surface casts a shadow",
+        cites="Whitted 1980, section 2",
+        options={"shadows": "none"},
+    )
+    if all(each.normals is None for each in scene.meshes):
+        return
+    yield Model(
+        name="facet_self_shadow",
+        kind="limitation",
+        rule="partial",
+        claim="flat facets shadow the smooth surface that their interpolated normals imply",
+        cites=f"{_PAPER}; Snyder and Barr 1987",
+        options={"shadows": "facets"},
+    )
+    for silhouette, what in (("flip", "turned towards the viewer"), ("black", "painted black")):
+        yield Model(
+            name=f"silhouette_{silhouette}",
+            kind="convention",
+            claim=f"an interpolated normal that faces away from the viewer is {what}",
+            cites="Veach 1997, section 5.3 (shading normals)",
+            options={"silhouette": silhouette},
+            when=("silhouette", silhouette),
+        )
+    yield Model(
+        name="flat_normals",
+        kind="fault",
+        claim="the facets' own normals are used instead of the interpolated ones",
+        cites="Phong 1975",
+        edit=lambda scene: edit_meshes(scene, lambda mesh: replace(mesh, normals=None)),
+    )
+    yield Model(
+        name="normals_not_normalised",
+        kind="fault",
+        claim="interpolated normals are used without being normalised again",
+        cites="Phong 1975",
+        options={"normals": "raw"},
+    )

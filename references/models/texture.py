@@ -1,0 +1,113 @@
+"""Naive texture interpolation: uv that are linear in triangles where the polygon means a bilinear patch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+
+from notabug.references.models.model import Model, edit_meshes
+from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.triangulate import Diagonal, split_ngons, triangulate
+
+_PAPER = "Woo, Pearce and Ouellette 1996, figures 10 and 11"
+
+
+def models(scene: Scene) -> Iterator[Model]:
+    """Models of a scene with textured meshes."""
+    textured = [each for each in _drawn(scene) if each.uv is not None and scene.materials[each.material].texture >= 0]
+    if not textured:
+        return
+    if scene.intent is not None:
+        diagonal = _diagonal_of(scene, scene.intent)
+        yield Model(
+            name=f"quad_split_{diagonal}" if diagonal else "coarse_uv",
+            kind="limitation",
+            claim=f"uv are linear in two triangles, cut along corners {diagonal[0]} and {diagonal[1]}"
+            if diagonal
+            else "uv are linear in the triangles of a subdivision",
+            cites=_PAPER,
+            edit=lambda scene: replace(scene, intent=None),
+        )
+    elif any(each.has_ngons for each in textured):
+        for each in get_args(Diagonal):
+            yield Model(
+                name=f"quad_split_{each}",
+                kind="limitation",
+                claim=f"uv are linear in two triangles, cut along corners {each[0]} and {each[1]}",
+                cites=_PAPER,
+                edit=_splitter(each),
+                when=("ngon_split", each),
+            )
+    yield Model(
+        name="affine_uv",
+        kind="fault",
+        claim="uv are interpolated in screen space, without perspective",
+        cites="Heckbert 1989, section 2.3; Blinn 1992",
+        edit=_splitter("02"),
+        options={"affine": True},
+    )
+    yield Model(
+        name="swapped_uv",
+        kind="fault",
+        claim="u and v are exchanged",
+        cites=_PAPER,
+        edit=_uv(lambda uv, _: uv[:, ::-1]),
+    )
+    yield Model(
+        name="flipped_v",
+        kind="fault",
+        claim="v runs downwards",
+        cites="USD: st (0, 0) is the bottom left corner of the picture",
+        edit=_uv(lambda uv, _: uv * [1.0, -1.0] + [0.0, 1.0]),
+    )
+    yield Model(
+        name="shifted_uv",
+        kind="fault",
+        claim="uv are off by one texel in u",
+        cites=_PAPER,
+        edit=_uv(lambda uv, width: uv + [1.0 / width, 0.0]),
+    )
+
+
+def _drawn(scene: Scene) -> list[Mesh]:
+    return [*scene.meshes, *([scene.intent] if scene.intent else [])]
+
+
+def _splitter(diagonal: Diagonal):  # type: ignore[no-untyped-def]
+    return lambda scene: edit_meshes(scene, lambda mesh: split_ngons(mesh, diagonal))
+
+
+def _uv(change):  # type: ignore[no-untyped-def]
+    """An edit of the uv of every textured mesh; ``change(uv, width of the texture)`` returns new uv."""
+
+    def edit(scene: Scene) -> Scene:
+        def one(mesh: Mesh) -> Mesh:
+            texture = scene.materials[mesh.material].texture
+            if mesh.uv is None or texture < 0:
+                return mesh
+            width = scene.textures[texture].pixels.shape[1]
+            return replace(mesh, uv=np.ascontiguousarray(change(mesh.uv, width)))
+
+        return edit_meshes(scene, one)
+
+    return edit
+
+
+def _diagonal_of(scene: Scene, intent: Mesh) -> Diagonal | None:
+    """The diagonal by which what is drawn in the place of ``intent`` was cut from it, or None if it was not."""
+    parent = intent.path.rsplit("/", 1)[0] + "/"
+    drawn = [each for each in scene.meshes if each.path.startswith(parent)]
+    if len(drawn) != 1:
+        return None
+    found = _corner_set(triangulate(drawn[0]).points)
+    for diagonal in get_args(Diagonal):
+        if found == _corner_set(triangulate(intent, diagonal).points):
+            return diagonal  # type: ignore[no-any-return]
+    return None
+
+
+def _corner_set(points: np.ndarray) -> set[frozenset[tuple[float, ...]]]:
+    return {frozenset(tuple(float(x) for x in point) for point in triangle) for triangle in points}
