@@ -3,7 +3,7 @@
 What POV-Ray does, measured with 3.7.0.10, and what is written for it:
 
 - Camera: ``location E direction -Z right X*2*tan_x up Y*2*tan_y``, without ``look_at``; with +x as ``right`` the space
-  is right-handed. Pixel centres agree to 0.001 px. There is no near or far plane: ``Camera.near`` and ``far`` are ignored.
+  is right-handed. Pixel centres agree to 0.001 px. There is no near or far plane: those of the camera are ignored.
 - There is no 1/pi: radiance = pigment * diffuse * light colour * N.L, so colours of lights are E / pi.
 - Point light: ``fade_power 2 fade_distance fd`` gives colour * 2 / (1 + (d / fd)^2), so the colour I / (2 pi fd^2) is
   inverse square but for the factor 1 - (fd / d)^2. fd is 1e-6 of the distance to the farthest corner of the scene's
@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from notabug.adapters.base import UnsupportedError
+from notabug.adapters.textures import grow, shown_uv
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.scene import Camera, Floats, Light, Material, Mesh, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
@@ -35,7 +35,6 @@ from notabug.scenes_usd.triangulate import triangulate
 MAX_TRACE_LEVEL = 9  # eight bounces and the camera's ray
 _REACH = 1e-6  # fade_distance over the distance to the scene's farthest corner
 _LEAST_FADE = 1e-9  # POV-Ray ignores a fade_distance below 1e-10
-_MAX_TEXELS = 8192  # the longest side of a clamped texture once its border is repeated
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,39 +85,10 @@ def texture_images(scene: Scene) -> dict[int, Image]:
     """The textures that the scene's objects show, by index."""
     images = {}
     for index in sorted({scene.materials[each.material].texture for each in scene.objects} - {-1}):
-        texture = scene.textures[index]
-        shown = [each for each in scene.objects if scene.materials[each.material].texture == index]
-        coordinates = [each.uv for each in shown if isinstance(each, Mesh) and each.uv is not None]
-        if len(coordinates) < len(shown):
-            raise UnsupportedError("a texture on an object without uv", where=shown[0].path, do="give it primvars:st")
-        uv = np.concatenate(coordinates)
-        pixels = texture.pixels
-        rows, first_row, last_row = _repeated(pixels.shape[0], 1.0 - uv[:, 1], texture.wrap_t)
-        columns, first_column, last_column = _repeated(pixels.shape[1], uv[:, 0], texture.wrap_s)
-        size = np.array(pixels.shape[1::-1], np.float64)
-        grown = size + np.array([first_column + last_column, first_row + last_row])
-        pixels = pixels[rows][:, columns]
-        scale = max(1.0, float(pixels.max()))
-        images[index] = Image(pixels / scale, scale, size / grown, np.array([first_column, last_row]) / grown)
+        grown = grow(scene.textures[index], shown_uv(scene, index))
+        scale = max(1.0, float(grown.pixels.max()))
+        images[index] = Image(grown.pixels / scale, scale, grown.a, grown.b)
     return images
-
-
-def _repeated(size: int, coordinate: Floats, wrap: str) -> tuple[npt.NDArray[np.integer], int, int]:
-    """Indices of the texels along one axis, the border repeated as far as ``coordinate`` (0..1 on the texture) reaches,
-    and how many were added before and after.
-    """
-    if wrap == "repeat":
-        return np.arange(size), 0, 0
-    texel = np.floor(np.array([coordinate.min(), coordinate.max()]) * size - 0.5)
-    before, after = max(0, int(-texel[0])), max(0, int(texel[1]) + 2 - size)
-    if size + before + after > _MAX_TEXELS:
-        raise UnsupportedError(
-            "a clamped texture far outside its uv range",
-            where="adapter 'povray'",
-            expected=f"at most {_MAX_TEXELS} texels with the repeated border",
-            got=str(size + before + after),
-        )
-    return np.clip(np.arange(-before, size + after), 0, size - 1), before, after
 
 
 def _number(value: float) -> str:

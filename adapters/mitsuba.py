@@ -1,0 +1,126 @@
+"""Mitsuba 3: a float32 Monte Carlo renderer, always in a child process.
+
+``llvm_ad_rgb`` where an LLVM >= 19 is installed, else ``scalar_rgb``, which at 64 samples is five times slower; both
+are within 1e-6 of a float64 Lambert floor. Where the LLVM child aborts the job is drawn again with ``scalar_rgb``.
+All seeds are drawn in one child, since its start takes longer (1.1 s) than a picture.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError
+from notabug.adapters.job_folder import job_folder, picture_path
+from notabug.adapters.llvm import LEAST, VARIABLE, find_library
+from notabug.adapters.mitsuba_job import job
+from notabug.adapters.process import Ended, failure, made_picture, run_child
+from notabug.adapters.registry import register
+from notabug.adapters.requirements import check_supported
+from notabug.scenes_usd.picture import write_exr
+from notabug.scenes_usd.scene import Scene
+
+DEFAULT_SAMPLES = 16
+_LLVM, _SCALAR = "llvm_ad_rgb", "scalar_rgb"
+
+
+@dataclass(slots=True)
+class Mitsuba:
+    """Mitsuba 3, by default 16 random samples a pixel under a box filter, for each seed.
+
+    With ``samples`` 1 it draws pixel centres, without randomness, once; more are random.
+
+    Attributes
+    ----------
+    python : the interpreter that has mitsuba; by default this one.
+    keep_jobs : keep the folder with the job and the arrays of every job.
+    """
+
+    name: str = "mitsuba"
+    python: str = sys.executable
+    keep_jobs: bool = False
+    capabilities: frozenset[str] = frozenset(
+        {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity"}
+    )
+    install: str = "pip install notabug[mitsuba]"
+
+    def declaration(self, quality: Quality) -> Declaration:
+        point = quality.samples == 1
+        return Declaration(
+            precision="float32",
+            filter="point" if point else "box",
+            radius=0.0 if point else 0.5,
+            quantum=2.0**-24,
+            relative_quantum=True,
+            noisy=not point,
+            ngon_split="02",
+            silhouette="flip",
+        )
+
+    def find(self) -> Found:
+        version = self._version()
+        library = find_library()
+        if library.path is None:
+            remark = f"{library.remark}: {_SCALAR} is used, which is slower; apt install libllvm{LEAST}"
+            return Found(version, self.python, (remark,))
+        return Found(version, self.python, (f"{library.remark}{_LLVM} with {library.path}",))
+
+    def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        check_supported(self, scene)
+        self._version()
+        quality = replace(quality, samples=quality.samples or DEFAULT_SAMPLES)
+        document, arrays = job(scene, quality)
+        seeds: list[int] = document["seeds"]
+        images = [picture_path(out, self.name, seed) for seed in seeds]
+        with job_folder(out, self.name, keep=self.keep_jobs) as folder:
+            np.savez(folder / "arrays.npz", allow_pickle=False, **arrays)
+            ended = self._run(document, folder, quality.timeout)
+            for seed, image in zip(seeds, images, strict=True):
+                made = made_picture(folder / f"seed{seed}.npy", where=self.name, log=ended.log)
+                pixels = np.load(made, allow_pickle=False)
+                if pixels.shape != (scene.height, scene.width, 3):
+                    raise failure(f"a picture of shape {pixels.shape}", where=self.name, log=ended.log)
+                write_exr(image, pixels, metadata={"Software": "Mitsuba 3"})
+        share = ended.seconds / len(seeds)
+        return tuple(
+            Render(image, seed, quality.samples, share, ended.command, ended.log)
+            for seed, image in zip(seeds, images, strict=True)
+        )
+
+    def _run(self, document: dict[str, Any], folder: Path, timeout: float) -> Ended:
+        """Draw the job, with LLVM where there is one, and without it where that fails."""
+        library = find_library()
+        if library.path is None:
+            return self._child(document, folder, _SCALAR, {}, timeout).check(self.name)
+        ended = self._child(document, folder, _LLVM, {VARIABLE: str(library.path)}, timeout)
+        if not ended.timed_out and (ended.signal or (ended.exit and "LLVM" in ended.log)):
+            again = self._child(document, folder, _SCALAR, {}, max(0.0, timeout - ended.seconds))
+            note = f"{_LLVM} with {library.path} ended with {ended.signal or ended.exit}; drawn again with {_SCALAR}\n"
+            ended = replace(again, seconds=ended.seconds + again.seconds, log=ended.log + note + again.log)
+        return ended.check(self.name)
+
+    def _child(
+        self, document: dict[str, Any], folder: Path, variant: str, environment: dict[str, str], timeout: float
+    ) -> Ended:
+        (folder / "job.json").write_text(json.dumps({**document, "variant": variant}), "utf-8")
+        command = [self.python, "-P", "-m", "notabug.adapters.mitsuba_child", "."]
+        return run_child(command, where=self.name, folder=folder, timeout=timeout, environment=environment)
+
+    def _version(self) -> str:
+        try:
+            return importlib.metadata.version("mitsuba")
+        except importlib.metadata.PackageNotFoundError:
+            raise RendererMissingError(
+                "the package mitsuba is not installed",
+                where=f"adapter {self.name!r}",
+                do=f"install it ({self.install}; apt install libllvm{LEAST} makes it faster)",
+            ) from None
+
+
+register(Mitsuba())

@@ -1,0 +1,136 @@
+"""The process that Mitsuba runs in: ``python -m notabug.adapters.mitsuba_child FOLDER``.
+
+It reads ``job.json`` and ``arrays.npz`` from the folder, and writes ``seed<n>.npy``, (h, w, 3) float32, for each seed.
+Mitsuba is imported here and nowhere else: its LLVM back end can abort the process that it lives in.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+_LANES = 1 << 25  # samples drawn at once: the LLVM back end keeps every one of them in memory
+_ANOTHER = 1_000_003  # from the seed of one render to that of the next
+
+
+def main(folder: Path) -> None:
+    job = json.loads((folder / "job.json").read_text("utf-8"))
+    with np.load(folder / "arrays.npz", allow_pickle=False) as stored:
+        arrays = dict(stored)
+    import drjit
+    import mitsuba
+
+    mitsuba.set_variant(job["variant"])
+    mitsuba.set_log_level(mitsuba.LogLevel.Warn)
+    if job["threads"]:
+        drjit.set_thread_count(job["threads"])
+    scenes = [_scene(mitsuba, job, arrays, light) for light in job["lights"]]
+    for seed in job["seeds"]:
+        np.save(folder / f"seed{seed}.npy", _picture(mitsuba, job, scenes, seed))
+
+
+def _picture(mi: Any, job: dict[str, Any], scenes: list[Any], seed: int) -> npt.NDArray[np.float32]:
+    """The sum over the lights, (h, w, 3), each drawn alone.
+
+    Together, Mitsuba would choose one light at random for each sample: noise that says nothing of any artifact, and at
+    pixel centres, where every random number is 0.5, always the same light.
+    """
+    film = np.zeros((job["height"], job["width"], 3))
+    most = max(1, _LANES // (job["width"] * job["height"]))
+    samples: int = job["samples"]
+    shares = [most] * (samples // most) + [samples % most] * (samples % most > 0)
+    for number, (scene, share) in enumerate(itertools.product(scenes, shares)):
+        film += np.array(mi.render(scene, seed=seed + number * _ANOTHER, spp=share)) * (share / samples)
+    return film.astype(np.float32)
+
+
+def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], light: dict[str, Any]) -> Any:
+    camera = job["camera"]
+    parts: dict[str, Any] = {
+        "type": "scene",
+        "light": light,
+        "integrator": {"type": "volpath", "max_depth": 2, "rr_depth": 1 << 20}
+        if job["integrator"] == "volpath"
+        else {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0},
+        "sensor": {
+            "type": "perspective",
+            "to_world": mi.ScalarTransform4f(np.array(camera["to_world"])),
+            "fov": camera["fov"],
+            "fov_axis": "x",
+            "near_clip": camera["near"],
+            "far_clip": camera["far"],
+            "film": {
+                "type": "hdrfilm",
+                "width": job["width"],
+                "height": job["height"],
+                "pixel_format": "rgb",
+                "component_format": "float32",
+                "rfilter": {"type": "box"},
+            },
+            "sampler": {"type": "stratified", "sample_count": 1, "jitter": False}
+            if job["samples"] == 1
+            else {"type": "independent", "sample_count": job["samples"]},
+        },
+    }
+    for number, each in enumerate(job["objects"]):
+        bsdf = _bsdf(mi, each["look"], job["textures"], arrays)
+        if each["kind"] == "sphere":
+            parts[f"object{number}"] = {
+                "type": "sphere",
+                "center": each["centre"],
+                "radius": each["radius"],
+                "bsdf": bsdf,
+            }
+        else:
+            parts[f"object{number}"] = _mesh(mi, f"object{number}", each, arrays, bsdf)
+    return mi.load_dict(parts)
+
+
+def _bsdf(mi: Any, look: dict[str, Any], textures: dict[str, Any], arrays: dict[str, Any]) -> dict[str, Any]:
+    reflectance: dict[str, Any] = {"type": "rgb", "value": look["diffuse"]}
+    if look["texture"] >= 0:
+        texture = textures[str(look["texture"])]
+        reflectance = {
+            "type": "bitmap",
+            "data": mi.TensorXf(arrays[texture["pixels"]]),
+            "raw": True,
+            "format": "variant",  # not half floats
+            "filter_type": "bilinear",
+            "wrap_mode": texture["wrap"],
+        }
+    surface: dict[str, Any] = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
+    return {"type": "mask", "opacity": look["opacity"], "bsdf": surface} if look["opacity"] < 1.0 else surface
+
+
+def _mesh(mi: Any, name: str, each: dict[str, Any], arrays: dict[str, Any], bsdf: dict[str, Any]) -> Any:
+    points = arrays[each["points"]]
+    properties = mi.Properties()
+    properties["bsdf"] = mi.load_dict(bsdf)
+    mesh = mi.Mesh(
+        name,
+        len(points),
+        len(points) // 3,
+        has_vertex_normals="normals" in each,
+        has_vertex_texcoords="uv" in each,
+        props=properties,
+    )
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = points.ravel()
+    parameters["faces"] = np.arange(len(points), dtype=np.uint32)
+    if "uv" in each:
+        parameters["vertex_texcoords"] = arrays[each["uv"]].ravel()
+    parameters.update()
+    if "normals" in each:  # after the positions, whose update computes normals of its own
+        parameters["vertex_normals"] = arrays[each["normals"]].ravel()
+        parameters.update()
+    return mesh
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,69 @@
+"""Textures for renderers that only repeat: a clamped axis gets its border repeated as far as the uv reach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.adapters.base import UnsupportedError
+from notabug.scenes_usd.scene import Floats, Mesh, Scene, Texture
+
+MAX_TEXELS = 8192  # the longest side of a texture once its border is repeated
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grown:
+    """``pixels`` (h, w, 3) to be repeated on both axes, and uv' = uv * a + b, the coordinates on them; a and b (2,)."""
+
+    pixels: Floats
+    a: Floats
+    b: Floats
+
+
+def shown_uv(scene: Scene, index: int) -> Floats:
+    """Every uv (n, 2) at which the texture ``index`` is shown."""
+    shown = [each for each in scene.objects if scene.materials[each.material].texture == index]
+    meshes = [each.uv for each in shown if isinstance(each, Mesh) and each.uv is not None]
+    if len(meshes) < len(shown):
+        bare = next(each for each in shown if not isinstance(each, Mesh) or each.uv is None)
+        raise UnsupportedError("a texture on an object without uv", where=bare.path, do="give it primvars:st")
+    return np.concatenate(meshes) if meshes else np.zeros((0, 2))
+
+
+def grow(texture: Texture, uv: Floats) -> Grown:
+    """``texture`` such that repeating it looks, at the coordinates ``uv`` (n, 2), as its own wrap modes do.
+
+    >>> from pathlib import Path
+    >>> step = Texture(Path("t.png"), np.array([[[0.0] * 3, [1.0] * 3]]), wrap_s="clamp")
+    >>> grown = grow(step, np.array([[0.0, 0.0], [1.5, 1.0]]))
+    >>> grown.pixels[0, :, 0].tolist(), grown.a.tolist(), grown.b.tolist()
+    ([0.0, 0.0, 1.0, 1.0, 1.0], [0.4, 1.0], [0.2, 0.0])
+    """
+    height, width = texture.pixels.shape[:2]
+    rows, above, below = _indices(height, 1.0 - uv[:, 1], texture.wrap_t, texture)
+    columns, left, right = _indices(width, uv[:, 0], texture.wrap_s, texture)
+    grown = np.array([width + left + right, height + above + below], np.float64)
+    pixels = np.ascontiguousarray(texture.pixels[rows][:, columns])
+    return Grown(pixels, np.array([width, height]) / grown, np.array([left, below]) / grown)
+
+
+def _indices(size: int, at: Floats, wrap: str, texture: Texture) -> tuple[npt.NDArray[np.integer], int, int]:
+    """The texels along one axis with the border repeated, and how many of them were added before and after.
+
+    Between texel centres k and k + 1 lie the coordinates with floor(at * size - 0.5) = k.
+    """
+    if wrap == "repeat" or not len(at):
+        return np.arange(size), 0, 0
+    first, last = (int(each) for each in np.floor(np.array([at.min(), at.max()]) * size - 0.5))
+    before, after = max(0, -first), max(0, last + 2 - size)
+    if size + before + after > MAX_TEXELS:
+        raise UnsupportedError(
+            "uv far outside a clamped texture",
+            where=str(texture.path),
+            expected=f"at most {MAX_TEXELS} texels with the repeated border",
+            got=str(size + before + after),
+            do="bring the uv closer to 0..1",
+        )
+    return np.clip(np.arange(-before, size + after), 0, size - 1), before, after
