@@ -1,0 +1,50 @@
+# Two commands on a fresh machine: `make run` and `make test`. Each does all the set-up it needs first.
+# Needs Python >= 3.11, make and the network; installs POV-Ray and LLVM too where it may (see .ci/renderers).
+
+# The first that is new enough; 3.11 is the version the pins in constraints.txt were resolved with.
+PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3 python; do \
+	"$$each" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v "$$each"; break; }; done)
+BIN := .venv/bin
+ARGS ?=
+
+.PHONY: help setup renderers run test lint format bench clean
+
+help:
+	@echo "make run    set up, render every scene with every renderer found, judge (ARGS='SCENE -r RENDERER ...')"
+	@echo "make test   set up, run the tests (ARGS='-k name')"
+	@echo "make lint   set up, check format, style and types"
+	@echo "make bench  set up, measure the judge on labelled pictures"
+	@echo "make setup  only the set-up; make clean removes it"
+
+setup: .venv/installed renderers
+
+.venv/installed: pyproject.toml constraints.txt
+	@test -n "$(PYTHON)" || { echo "no Python >= 3.11 on PATH; install one (apt install python3 python3-venv, or pyenv install 3.11) or: make PYTHON=/path/to/python3.11" >&2; exit 1; }
+	@test -x $(BIN)/python || "$(PYTHON)" -m venv .venv || { rm -rf .venv; echo "$(PYTHON) cannot make a virtual environment; on Debian: apt install python3-venv" >&2; exit 1; }
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[mitsuba,bench,dev]'
+	@touch $@
+
+renderers: .venv/installed
+	@test -e .venv/renderers || { .ci/renderers && touch .venv/renderers; } || true
+
+run: setup
+	$(BIN)/notabug run $(ARGS)
+
+test: setup
+	$(BIN)/pytest -n auto $(ARGS)
+
+lint: .venv/installed
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+format: .venv/installed
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: setup
+	$(BIN)/notabug bench verdict $(ARGS)
+
+clean:
+	rm -rf .venv notabug-out build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -1,0 +1,228 @@
+"""The command line. Only typer is imported here: what a command needs is imported when it runs, so help is instant."""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from notabug import __version__
+from notabug.exit_codes import ExitCode, exit_code
+from notabug.scenes_usd.errors import NotabugError
+
+app = typer.Typer(
+    name="notabug",
+    help="Is it a rendering bug, or really not? Renders canonical scenes and says of every picture whether it is "
+    "correct, shows an expected limitation, or a genuine bug.",
+    epilog="Exit codes: 0 nothing worse than accepted, 1 bug, 2 usage, 3 renderer error, 4 missing reference, 5 "
+    "nothing selected.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+class Filter(StrEnum):
+    """The reconstruction filter of a picture."""
+
+    point = "point"
+    box = "box"
+    tent = "tent"
+    gaussian = "gaussian"
+    unknown = "unknown"
+
+
+class Precision(StrEnum):
+    """The arithmetic of a renderer's intersections."""
+
+    float32 = "float32"
+    float64 = "float64"
+
+
+class Encoding(StrEnum):
+    """How a picture's numbers stand for light."""
+
+    linear = "linear"
+    srgb = "srgb"
+
+
+class Variants(StrEnum):
+    """Which variants a run takes where ``--variant`` names none."""
+
+    default = "default"
+    all = "all"
+
+
+class Topic(StrEnum):
+    """What ``notabug list`` lists."""
+
+    scenes = "scenes"
+    renderers = "renderers"
+    models = "models"
+    variants = "variants"
+
+
+class Deed(StrEnum):
+    """What ``notabug references`` does."""
+
+    build = "build"
+    verify = "verify"
+
+
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document on standard output and nothing else there.")
+]
+Variant = Annotated[
+    list[str] | None,
+    typer.Option("--variant", metavar="SET=NAME", help="A variant; again for more, SET=all for each of the set."),
+]
+SceneOption = Annotated[str, typer.Option("--scene", metavar="ID|USD", help="The scene: an id or a USD file.")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"notabug {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _notabug(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and stop.")
+    ] = False,
+) -> None:
+    del version
+
+
+@app.command()
+def run(
+    scenes: Annotated[
+        list[str] | None, typer.Argument(metavar="[SCENE]...", help="Ids, classes, globs or USD files; default: all.")
+    ] = None,
+    renderer: Annotated[
+        list[str] | None,
+        typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all that are found."),
+    ] = None,
+    variant: Variant = None,
+    variants: Annotated[
+        Variants, typer.Option(help="Default variants only, or each set varied in turn.")
+    ] = Variants.default,
+    out: Annotated[Path, typer.Option(help="Folder for pictures, run.json and report.html.")] = Path("notabug-out"),
+    samples: Annotated[int, typer.Option(min=0, help="Samples per pixel; 0: each renderer's default.")] = 0,
+    seeds: Annotated[int, typer.Option(min=1, max=64, help="Independent pictures of a noisy renderer.")] = 4,
+    timeout: Annotated[float, typer.Option(min=1.0, help="Seconds for one renderer on one scene.")] = 600.0,
+    require: Annotated[
+        list[str] | None,
+        typer.Option("--require", envvar="NOTABUG_REQUIRE", help="A renderer that must be installed (names or a,b)."),
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option(help="Keep finished results whose scene, renderer and code are the same.")
+    ] = True,
+    as_json: Json = False,
+) -> None:
+    """Render scenes and judge every picture."""
+    from notabug.running import command
+
+    code = command(
+        scenes=scenes or [],
+        renderers=renderer or [],
+        variants=variant or [],
+        every_variant=variants is Variants.all,
+        out=out,
+        samples=samples,
+        seeds=seeds,
+        timeout=timeout,
+        require=[name for word in require or [] for name in word.replace(",", " ").split()],
+        resume=resume,
+        as_json=as_json,
+    )
+    raise typer.Exit(code)
+
+
+@app.command()
+def judge(
+    images: Annotated[list[Path], typer.Argument(metavar="IMAGE...", help="Pictures; several are independent seeds.")],
+    scene: SceneOption,
+    variant: Variant = None,
+    filter: Annotated[Filter, typer.Option(help="The renderer's pixel filter.")] = Filter.unknown,  # noqa: A002
+    radius: Annotated[float | None, typer.Option(min=0.0, help="The filter's radius in pixels.")] = None,
+    precision: Annotated[
+        Precision, typer.Option(help="Arithmetic of the renderer's intersections.")
+    ] = Precision.float32,
+    encoding: Annotated[Encoding, typer.Option(help="What the pictures' numbers are.")] = Encoding.linear,
+    noisy: Annotated[
+        bool | None,
+        typer.Option("--noisy/--deterministic", help="Would another seed differ? Default: if several are given."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Also write maps, run.json and report.html here.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Judge pictures made anywhere."""
+    from notabug.judging import command
+
+    code = command(
+        images=images,
+        source=scene,
+        variants=variant or [],
+        filter_name=filter.value,
+        radius=radius,
+        precision=precision.value,
+        srgb=encoding is Encoding.srgb,
+        noisy=noisy,
+        out=out,
+        as_json=as_json,
+    )
+    raise typer.Exit(code)
+
+
+@app.command("list")
+def list_(
+    topic: Annotated[Topic, typer.Argument(help="What to list.")] = Topic.scenes,
+    as_json: Json = False,
+) -> None:
+    """List scenes, renderers, models or variants."""
+    from notabug.listing import command
+
+    raise typer.Exit(command(topic.value, as_json))
+
+
+@app.command()
+def doctor(as_json: Json = False) -> None:
+    """Say what is installed, what is missing, and how to get it."""
+    from notabug.doctor import command
+
+    raise typer.Exit(command(as_json))
+
+
+@app.command()
+def report(
+    folder: Annotated[Path, typer.Argument(help="The folder of a run.")] = Path("notabug-out"),
+    white: Annotated[float, typer.Option(min=1e-6, help="The radiance that is shown as white.")] = 1.0,
+) -> None:
+    """Draw report.html again from run.json and the pictures next to it."""
+    from notabug.report.page import draw
+
+    typer.echo(draw(folder, white))
+
+
+def main() -> None:
+    """The program: an error that a user can act on is one line on standard error and an exit code, never a trace."""
+    try:
+        app()
+    except NotabugError as error:
+        from rich.console import Console
+        from rich.text import Text
+
+        line = Text("notabug: ", style="bold red").append(" ".join(str(error).split()), style="default not bold")
+        Console(stderr=True, soft_wrap=True).print(line)
+        sys.exit(exit_code(error))
+    except BrokenPipeError:  # the reader of our output went away
+        sys.stderr.close()
+        sys.exit(ExitCode.OK)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,167 @@
+"""The ``judge`` command: pictures made anywhere, taken as declared."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+import numpy.typing as npt
+from rich.console import Console
+from rich.text import Text
+
+from notabug.adapters.base import Declaration, Filter
+from notabug.exit_codes import ExitCode
+from notabug.folders import folder_name, write_json
+from notabug.outcome import judge_pictures
+from notabug.progress import verdict_text
+from notabug.record import SCHEMA, Result, json_ready
+from notabug.report.page import draw
+from notabug.running import code_of
+from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.picture import Picture, read_picture, write_exr
+from notabug.scenes_usd.reader import read_scene
+from notabug.selection import parse_variants
+from notabug.tool import tool
+from notabug.words import number, readable
+
+RADIUS = {"point": 0.0, "box": 0.5, "tent": 1.0, "gaussian": 2.0, "unknown": 2.0}  # pixels, where none is declared
+SRGB_SLOPE = 2.4 / 1.055  # of the decoding at 1: by so much does a step of the file grow
+
+
+def command(
+    *,
+    images: Sequence[Path],
+    source: str,
+    variants: Sequence[str],
+    filter_name: str,
+    radius: float | None,
+    precision: str,
+    srgb: bool,
+    noisy: bool | None,
+    out: Path | None,
+    as_json: bool,
+) -> ExitCode:
+    """Judge ``images`` as seeds of one renderer and print the verdict."""
+    begun = time.perf_counter()
+    chosen = {}
+    for name, values in parse_variants(variants).items():
+        if len(values) > 1:
+            raise SelectionError(
+                f"{len(values)} variants of {name!r}", where="--variant", expected="one: a picture shows one"
+            )
+        chosen[name] = values[0]
+    scene = read_scene(source, chosen)
+    pictures = [read_picture(path) for path in images]
+    declaration = declare(pictures, filter_name, radius, precision, srgb=srgb, noisy=noisy)
+    with tempfile.TemporaryDirectory(prefix="notabug-") as scratch:
+        paths = list(images)
+        if srgb or out is not None:
+            paths = _as_linear(images, pictures, out / folder_name(scene.id) if out else Path(scratch), srgb)
+        folder = out / folder_name(scene.id) if out else None
+        outcome = judge_pictures(paths, scene, declaration, folder)
+    result = Result(
+        scene=scene.id,
+        variant=scene.variant,
+        renderer="file",
+        renderer_version="",
+        verdict=outcome.verdict,
+        seeds=len(images),
+        seconds={"render": 0.0, "judge": outcome.seconds},
+        image=outcome.image.relative_to(out).as_posix() if out else str(images[0]),
+        images={name: path.relative_to(out).as_posix() for name, path in outcome.images.items()} if out else {},
+        size=outcome.size,
+        command=shlex.join(["notabug", *sys.argv[1:]]),
+        claim=scene.card.claim,
+    )
+    total = time.perf_counter() - begun
+    document = {
+        "schema": SCHEMA,
+        "tool": tool(),
+        "command": ["notabug", *sys.argv[1:]],
+        "finished": True,
+        "seconds": {"total": total, "render": 0.0, "outside": total},
+        "renderers": {"file": {"version": "", "where": ""}},
+        "declaration": json_ready({name: getattr(declaration, name) for name in Declaration.__slots__}),
+        "calibration": [],
+        "results": [result.as_dict()],
+    }
+    if out is not None:
+        write_json(out / "run.json", document)
+        page = draw(out)
+        Console(stderr=True).print(str(page), markup=False, highlight=False, soft_wrap=True)
+    if as_json:
+        print(json.dumps(document, ensure_ascii=False, allow_nan=False))
+    else:
+        _show(Console(), result)
+    return code_of([result])
+
+
+def declare(
+    pictures: Sequence[Picture],
+    filter_name: str,
+    radius: float | None,
+    precision: str,
+    *,
+    srgb: bool,
+    noisy: bool | None,
+) -> Declaration:
+    """What is known about pictures that came as files: the options, and the number format of the coarsest file."""
+    coarsest = max(pictures, key=lambda each: each.quantum)
+    return Declaration(
+        precision="float64" if precision == "float64" else "float32",
+        filter=cast(Filter, filter_name),
+        radius=RADIUS[filter_name] if radius is None else radius,
+        quantum=coarsest.quantum * (SRGB_SLOPE if srgb else 1.0),
+        relative_quantum=coarsest.relative_quantum,
+        noisy=len(pictures) > 1 if noisy is None else noisy,
+    )
+
+
+def decode_srgb(encoded: npt.NDArray[np.floating]) -> npt.NDArray[np.float32]:
+    """IEC 61966-2-1 to linear; below 0 mirrored, above 1 by the same curve.
+
+    >>> float(decode_srgb(np.array([0.5])).round(4)[0])
+    0.214
+    """
+    size = np.abs(encoded)
+    linear = np.where(size <= 0.04045, size / 12.92, ((size + 0.055) / 1.055) ** 2.4)
+    return np.asarray(np.copysign(linear, encoded), np.float32)
+
+
+def _as_linear(images: Sequence[Path], pictures: Sequence[Picture], folder: Path, srgb: bool) -> list[Path]:
+    """The pictures as files in ``folder``: decoded when ``srgb``, else copies."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for index, (image, picture) in enumerate(zip(images, pictures, strict=True)):
+        path = folder / f"picture-{index}{'.exr' if srgb else image.suffix}"
+        if srgb:
+            write_exr(path, decode_srgb(picture.pixels))
+        else:
+            shutil.copyfile(image, path)
+        paths.append(path)
+    return paths
+
+
+def _show(console: Console, result: Result) -> None:
+    verdict = result.verdict
+    where = " ".join(part for part in (result.scene, result.variant) if part)
+    console.print(verdict_text(result).append(f"  {where}", style="default not bold"))
+    if verdict.message:
+        console.print(verdict.message, markup=False, highlight=False)
+    for each in verdict.findings:
+        x0, y0, x1, y1 = each.region
+        line = f"  {each.kind}: {readable(each.name)}, {number(round(each.area_px, 1))} px in "
+        line += f"[{x0}, {x1}) x [{y0}, {y1}), "
+        line += f"jnd {number(each.jnd, 2)}, z {number(each.z)}{'' if each.visible else ', invisible'}"
+        console.print(Text(line + (f": {each.message}" if each.message else "")), highlight=False)
+    numbers = ", ".join(f"{readable(name)} {number(value, 4)}" for name, value in verdict.numbers.items())
+    if numbers:
+        console.print(numbers, style="dim", markup=False, highlight=False)

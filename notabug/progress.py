@@ -1,0 +1,115 @@
+"""What a run shows while it goes on: a table that fills on a terminal, else one plain line a result."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from notabug.metrics.verdict import GLYPH
+from notabug.record import Result
+from notabug.words import STYLE, area, finding_names, number, strongest
+
+
+class Board:
+    """Draws a run on ``console``; a ``Watcher`` and a context manager."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._results: list[tuple[Result, bool]] = []
+        self._bar = Progress(
+            BarColumn(24),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TextColumn("{task.description}", markup=False),
+            console=console,
+        )
+        self._task = self._bar.add_task("", total=None)
+        self._live: Live | None = None
+        if console.is_terminal:
+            self._live = Live(console=console, get_renderable=self._draw, refresh_per_second=8, transient=True)
+
+    def __enter__(self) -> Board:
+        if self._live is not None:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def begin(self, jobs: int) -> None:
+        self._bar.update(self._task, total=jobs)
+
+    def start(self, scene: str, variant: str, renderer: str, stage: str) -> None:
+        self._bar.update(self._task, description=f"{scene} {variant}  {renderer} {stage}")
+
+    def done(self, result: Result, kept: bool) -> None:
+        self._results.append((result, kept))
+        self._bar.advance(self._task)
+        if self._live is None:
+            self._console.print(_line(result, kept), soft_wrap=True)
+
+    def _draw(self) -> RenderableType:
+        room = max(3, self._console.height - 6)
+        return Group(table([each for each, _ in self._results[-room:]]), self._bar)
+
+
+def table(results: list[Result], *, messages: bool = False) -> Table:
+    """The results as a table; ``messages`` adds the sentence of each that is worth one."""
+    drawn = Table(box=None, header_style="bold", pad_edge=False, expand=False)
+    drawn.add_column("scene", overflow="fold")
+    drawn.add_column("variant", overflow="fold")
+    drawn.add_column("renderer", no_wrap=True)
+    drawn.add_column("verdict", no_wrap=True)
+    drawn.add_column("findings", overflow="fold")
+    drawn.add_column("area px", justify="right", no_wrap=True)
+    drawn.add_column("jnd", justify="right", no_wrap=True)
+    drawn.add_column("s", justify="right", no_wrap=True)
+    surprises = any(each.surprising for each in results)
+    if surprises:
+        drawn.add_column("expected", no_wrap=True)
+    for each in results:
+        findings = Text(finding_names(each))
+        if messages and each.verdict.message and each.verdict.word not in ("pass", "limitation"):
+            findings = Text("\n" if findings.plain else "").join([findings, Text(each.verdict.message, style="dim")])
+        cells = [
+            Text(each.scene),
+            Text(each.variant),
+            Text(each.renderer),
+            verdict_text(each),
+            findings,
+            Text(number(round(area(each), 1)) if each.verdict.findings else ""),
+            Text(number(strongest(each), 2) if each.verdict.findings else ""),
+            Text(f"{sum(each.seconds.get(key, 0.0) for key in ('render', 'judge')):.2f}"),
+        ]
+        if surprises:
+            cells.append(Text(each.expected if each.surprising else "", style="bold"))
+        drawn.add_row(*cells)
+    return drawn
+
+
+def verdict_text(result: Result) -> Text:
+    word = result.verdict.word
+    return Text(f"{GLYPH[word]} {word}", style=STYLE[word])
+
+
+def _line(result: Result, kept: bool) -> Text:
+    """One result as one line, for logs."""
+    parts = [result.scene, result.variant, result.renderer]
+    line = Text(" ".join(part for part in parts if part) + "  ").append_text(verdict_text(result))
+    if result.verdict.findings:
+        line.append(f"  {finding_names(result)} (area {number(round(area(result), 1))} px)")
+    if result.verdict.message and result.verdict.word not in ("pass", "limitation"):
+        line.append(f"  {result.verdict.message}")
+    if result.surprising:
+        line.append(f"  expected {result.expected}", style="bold")
+    if kept:
+        line.append("  kept", style="dim")
+    return line

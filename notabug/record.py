@@ -1,0 +1,113 @@
+"""Result and the run's record: what ``run.json`` (schema 1) holds. Every report is drawn from it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from notabug.metrics.verdict import Verdict
+
+SCHEMA = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """The verdict on one scene, variant and renderer, and where its pictures are (paths relative to the run)."""
+
+    scene: str
+    variant: str
+    renderer: str
+    renderer_version: str
+    verdict: Verdict
+    samples: int = 0
+    seeds: int = 0
+    seconds: dict[str, float] = field(default_factory=lambda: {"render": 0.0, "judge": 0.0})
+    image: str = ""
+    images: dict[str, str] = field(default_factory=dict)  # nearest, reference, limitation_map, bug_map
+    size: tuple[int, int] = (0, 0)  # width, height
+    command: str = ""  # reproduces this result
+    renderer_command: tuple[str, ...] = ()
+    expected: str = ""  # what the scene's table states: a word, or "limitation: name + name"; "" where it states none
+    claim: str = ""
+
+    @property
+    def surprising(self) -> bool:
+        """The verdict is not the one that the scene's expectation table states."""
+        word, _, names = self.expected.partition(":")
+        if not word:
+            return False
+        wanted = {each.strip() for each in names.split("+")} - {""}
+        found = {each.name for each in self.verdict.findings if each.kind == "limitation"}
+        return word != self.verdict.word or (bool(wanted) and wanted != found)
+
+    @property
+    def accepted(self) -> bool:
+        """The verdict's word is the one that the table states: a known bug is accepted, a new one is not."""
+        return self.expected.partition(":")[0] == self.verdict.word
+
+    def as_dict(self) -> dict[str, Any]:
+        """As in ``run.json``: the verdict's parts lie beside the others, numbers that are not finite become null."""
+        verdict = self.verdict.as_dict()
+        word = verdict.pop("word")
+        plain = {
+            "scene": self.scene,
+            "variant": self.variant,
+            "renderer": self.renderer,
+            "renderer_version": self.renderer_version,
+            "verdict": word,
+            **verdict,
+            "samples": self.samples,
+            "seeds": self.seeds,
+            "seconds": self.seconds,
+            "image": self.image,
+            "images": self.images,
+            "size": list(self.size),
+            "command": self.command,
+            "renderer_command": list(self.renderer_command),
+            "expected": self.expected,
+            "claim": self.claim,
+        }
+        document: dict[str, Any] = json_ready(plain)
+        return document
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> Result:
+        parts = {key: data[key] for key in ("findings", "legs", "triggers", "message", "numbers")}
+        parts["findings"] = [_numbers(each, {"area_px", "jnd", "z"}) for each in parts["findings"]]
+        parts["legs"] = {name: _numbers(each, set(each)) for name, each in parts["legs"].items()}
+        parts["numbers"] = _numbers(parts["numbers"], set(parts["numbers"]))
+        return cls(
+            scene=data["scene"],
+            variant=data["variant"],
+            renderer=data["renderer"],
+            renderer_version=data["renderer_version"],
+            verdict=Verdict.from_dict({"word": data["verdict"], **parts}),
+            samples=data["samples"],
+            seeds=data["seeds"],
+            seconds=dict(data["seconds"]),
+            image=data["image"],
+            images=dict(data["images"]),
+            size=(data["size"][0], data["size"][1]),
+            command=data["command"],
+            renderer_command=tuple(data["renderer_command"]),
+            expected=data["expected"],
+            claim=data["claim"],
+        )
+
+
+def json_ready(value: Any) -> Any:
+    """``value`` in JSON's own types: numpy scalars as numbers, tuples as lists, NaN and infinities as null."""
+    if isinstance(value, dict):
+        return {str(key): json_ready(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [json_ready(each) for each in value]
+    if hasattr(value, "item"):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _numbers(data: dict[str, Any], keys: set[str]) -> dict[str, Any]:
+    return {key: math.nan if value is None and key in keys else value for key, value in data.items()}

@@ -1,0 +1,332 @@
+"""run: every scene, variant and renderer of a selection, one job after the other, each result on disk at once."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import shutil
+import time
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+from notabug.adapters.base import Adapter, Found, Quality, Render, RendererMissingError, UnsupportedError
+from notabug.folders import job_folder, write_json, write_text
+from notabug.metrics.verdict import Verdict, Word
+from notabug.outcome import judge_pictures
+from notabug.record import SCHEMA, Result
+from notabug.scenes_usd.catalogue import expected
+from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.scene import Scene
+from notabug.selection import Choice
+from notabug.tool import fingerprint, tool
+
+CARD = Choice(source="calibration/card", id="calibration/card")
+
+# Findings on the calibration card that accuse the adapter, not the renderer: until they are gone nothing is judged.
+ADAPTER_FAULTS = frozenset(
+    {
+        "upside_down",
+        "mirrored",
+        "rotated",
+        "transposed",
+        "gain",
+        "gain_pi",
+        "gamma",
+        "encoding",
+        "shift",
+        "field_of_view",
+        "size",
+        "channels",
+        "invalid",
+    }
+)
+
+
+class Watcher(Protocol):
+    """Sees a run go by: ``notabug.progress`` draws it, tests count it."""
+
+    def begin(self, jobs: int) -> None: ...
+    def start(self, scene: str, variant: str, renderer: str, stage: str) -> None: ...
+    def done(self, result: Result, kept: bool) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What to run: the cells of ``choices`` x ``renderers`` (adapters that were found), how well, and where to."""
+
+    choices: Sequence[Choice]
+    renderers: Mapping[str, tuple[Adapter, Found]]
+    out: Path
+    quality: Quality = field(default_factory=Quality)
+    resume: bool = True
+    missing: Mapping[str, str] = field(default_factory=dict)  # renderer: how to install it
+    command: Sequence[str] = ()
+
+
+@dataclass(slots=True)
+class Run:
+    """A run in progress and its record, ``run.json``, which is complete after every job."""
+
+    plan: Plan
+    watcher: Watcher
+    results: list[Result] = field(default_factory=list)
+    calibration: dict[str, Result] = field(default_factory=dict)
+    rendering: float = 0.0  # seconds that renderers took in this run; kept results cost none
+    begun: float = field(default_factory=time.perf_counter)
+    finished: bool = False
+
+    def document(self) -> dict[str, Any]:
+        """``run.json``."""
+        total = time.perf_counter() - self.begun
+        found = {
+            name: {"version": each.version, "where": each.where} for name, (_, each) in self.plan.renderers.items()
+        }
+        return {
+            "schema": SCHEMA,
+            "tool": tool(),
+            "command": list(self.plan.command),
+            "finished": self.finished,
+            "seconds": {"total": total, "render": self.rendering, "outside": max(0.0, total - self.rendering)},
+            "renderers": found | {name: {"missing": line} for name, line in self.plan.missing.items()},
+            "calibration": [each.as_dict() for each in self.calibration.values()],
+            "results": [each.as_dict() for each in self.results],
+        }
+
+    def save(self) -> None:
+        write_json(self.plan.out / "run.json", self.document())
+
+
+def run(plan: Plan, watcher: Watcher) -> Run:
+    """Do every job of ``plan``; a job that fails is a result of its own and the others go on."""
+    plan.out.mkdir(parents=True, exist_ok=True)
+    state = Run(plan, watcher)
+    watcher.begin(len(plan.choices) * len(plan.renderers))
+    state.save()
+    for name in plan.renderers:
+        card = _calibrate(state, name)
+        if card is not None:
+            state.calibration[name] = card
+    for choice in plan.choices:
+        scene = _read(choice)
+        for name in plan.renderers:
+            if choice == CARD and name in state.calibration:
+                result, kept = state.calibration[name], False
+            else:
+                result, kept = _job(state, choice, scene, name)
+            state.results.append(result)
+            watcher.done(result, kept)
+            state.save()
+    state.finished = True
+    state.save()
+    return state
+
+
+def _read(choice: Choice) -> Scene | NotabugError:
+    try:
+        return read_scene(choice.source, choice.variants)
+    except NotabugError as error:
+        return error
+
+
+def _calibrate(state: Run, name: str) -> Result | None:
+    """The renderer's result on the calibration card; None where there is no card."""
+    scene = _read(CARD)
+    return _job(state, CARD, scene, name)[0] if isinstance(scene, Scene) else None
+
+
+def _expected(scene: Scene, renderer: str) -> str:
+    table = expected(scene)
+    return table.get(renderer, table.get("*", ""))
+
+
+def _blamed(state: Run, name: str) -> str:
+    """What the calibration card says against the adapter, or ""."""
+    card = state.calibration.get(name)
+    if card is None or card.verdict.word != "bug":
+        return ""
+    faults = [each for each in card.verdict.findings if each.kind == "bug" and each.name in ADAPTER_FAULTS]
+    return "; ".join(each.message or each.name.replace("_", " ") for each in faults)
+
+
+def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> tuple[Result, bool]:
+    """One result, and whether it was kept from an earlier run."""
+    adapter, found = state.plan.renderers[name]
+    variant = choice.variant if isinstance(scene, NotabugError) else scene.variant
+    blank = Result(
+        scene=choice.id,
+        variant=variant,
+        renderer=name,
+        renderer_version=found.version,
+        verdict=Verdict("error"),
+        command=reproduce(choice, name, state.plan.quality),
+    )
+    blamed = _blamed(state, name)
+    if isinstance(scene, NotabugError):
+        return replace(blank, verdict=_no_judgement("error", str(scene))), False
+    blank = replace(blank, claim=scene.card.claim, size=(scene.width, scene.height), expected=_expected(scene, name))
+    if blamed:
+        return replace(blank, verdict=_no_judgement("error", f"calibration: {blamed}")), False
+    folder = job_folder(state.plan.out, choice.folder or choice.id, variant, name)
+    keys = _keys(scene, adapter, found, state.plan.quality)
+    kept = _kept(folder, keys["result"], state.plan.out) if state.plan.resume else None
+    if kept is not None:
+        return replace(kept, command=blank.command, expected=blank.expected, claim=blank.claim), True
+    return _fresh(state, blank, scene, adapter, folder, keys), False
+
+
+def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Path, keys: dict[str, str]) -> Result:
+    plan = state.plan
+    try:
+        (folder / "result.json").unlink(missing_ok=True)
+        renders = _renders(folder, keys["render"]) if plan.resume else ()
+        if not renders:
+            state.watcher.start(blank.scene, blank.variant, blank.renderer, "renders")
+            renders = _render(scene, adapter, folder, keys["render"], plan.quality)
+            state.rendering += sum(each.seconds for each in renders)
+        blank = replace(
+            blank,
+            samples=renders[0].samples,
+            seeds=len(renders),
+            image=_relative(renders[0].image, plan.out),
+            renderer_command=renders[0].command,
+            seconds={"render": sum(each.seconds for each in renders), "judge": 0.0},
+        )
+        state.watcher.start(blank.scene, blank.variant, blank.renderer, "is judged")
+        outcome = judge_pictures([each.image for each in renders], scene, adapter.declaration(plan.quality), folder)
+        result = replace(
+            blank,
+            verdict=outcome.verdict,
+            image=_relative(outcome.image, plan.out),
+            images={key: _relative(path, plan.out) for key, path in outcome.images.items()},
+            size=outcome.size,
+            seconds=blank.seconds | {"judge": outcome.seconds},
+        )
+        write_json(folder / "result.json", {"key": keys["result"], "result": result.as_dict()})
+    except UnsupportedError as error:
+        return replace(blank, verdict=_no_judgement("unsupported", str(error)))
+    except NotabugError as error:
+        _keep_log(folder, getattr(error, "log", ""))
+        return replace(blank, verdict=_no_judgement("error", str(error)))
+    except Exception as error:  # a defect in one adapter or model must not cost the other results
+        _keep_log(folder, traceback.format_exc())
+        what = f"internal error: {type(error).__name__}: {error}; the trace is in {folder / 'log.txt'}"
+        return replace(blank, verdict=_no_judgement("error", what))
+    return result
+
+
+def _render(scene: Scene, adapter: Adapter, folder: Path, key: str, quality: Quality) -> tuple[Render, ...]:
+    """Fresh pictures in ``folder/renders``, which is emptied first so that no old file can pass for a new one."""
+    pictures = folder / "renders"
+    shutil.rmtree(pictures, ignore_errors=True)
+    pictures.mkdir(parents=True)
+    renders = adapter.render(scene, pictures, quality)
+    if not renders:
+        raise NotabugError(
+            "the adapter returned no picture", where=f"adapter {adapter.name!r}", do="correct the adapter"
+        )
+    listed = [
+        {
+            "image": _relative(each.image, folder),
+            "seed": each.seed,
+            "samples": each.samples,
+            "seconds": each.seconds,
+            "command": list(each.command),
+        }
+        for each in renders
+    ]
+    _keep_log(folder, "\n".join(each.log for each in renders if each.log))
+    write_json(folder / "renders.json", {"key": key, "renders": listed})
+    return renders
+
+
+def _renders(folder: Path, key: str) -> tuple[Render, ...]:
+    """The pictures of an earlier run, when they are all there and were made the same way; else nothing."""
+    stored = _load(folder / "renders.json")
+    if stored.get("key") != key:
+        return ()
+    try:
+        renders = tuple(
+            Render(folder / each["image"], each["seed"], each["samples"], each["seconds"], tuple(each["command"]))
+            for each in stored["renders"]
+        )
+    except (KeyError, TypeError):
+        return ()
+    return renders if all(each.image.is_file() for each in renders) else ()
+
+
+def _kept(folder: Path, key: str, out: Path) -> Result | None:
+    """The finished result of an earlier run, when nothing that enters it has changed and its pictures are there."""
+    stored = _load(folder / "result.json")
+    if stored.get("key") != key:
+        return None
+    try:
+        result = Result.from_dict(stored["result"])
+    except (KeyError, TypeError, IndexError):
+        return None
+    return result if all((out / each).is_file() for each in (result.image, *result.images.values())) else None
+
+
+def _keys(scene: Scene, adapter: Adapter, found: Found, quality: Quality) -> dict[str, str]:
+    """What a picture and what a result depend on, as text."""
+    made = [scene.digest(), adapter.name, found.version, quality.samples, list(quality.seeds)]
+    return {
+        "render": json.dumps([*made, fingerprint("scenes_usd", "adapters")]),
+        "result": json.dumps([*made, fingerprint("scenes_usd", "references", "adapters", "metrics")]),
+    }
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return document if isinstance(document, dict) else {}
+
+
+def _relative(path: Path, base: Path) -> str:
+    """``path`` seen from ``base``; a picture elsewhere is a defect of the adapter."""
+    try:
+        return path.resolve().relative_to(base.resolve()).as_posix()
+    except ValueError:
+        raise NotabugError("a picture lies outside of its folder", where=str(path), expected=f"below {base}") from None
+
+
+def _keep_log(folder: Path, log: str) -> None:
+    if log:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(folder / "log.txt", log)
+
+
+def _no_judgement(word: Word, message: str) -> Verdict:
+    return Verdict(word, message=message)
+
+
+def reproduce(choice: Choice, renderer: str, quality: Quality) -> str:
+    """The command line that makes this one result again."""
+    words = ["notabug", "run", choice.source, "-r", renderer]
+    for name, value in sorted(choice.variants.items()):
+        words += ["--variant", f"{name}={value}"]
+    if quality.samples:
+        words += ["--samples", str(quality.samples)]
+    if len(quality.seeds) != len(Quality().seeds):
+        words += ["--seeds", str(len(quality.seeds))]
+    return shlex.join(words)
+
+
+def find_renderers(
+    adapters: Mapping[str, Adapter], note: Callable[[str, str], None]
+) -> tuple[dict[str, tuple[Adapter, Found]], dict[str, str]]:
+    """The installed ones of ``adapters``, and how to install the rest; ``note`` hears of each missing one once."""
+    found: dict[str, tuple[Adapter, Found]] = {}
+    missing: dict[str, str] = {}
+    for name, adapter in adapters.items():
+        try:
+            found[name] = (adapter, adapter.find())
+        except RendererMissingError as error:
+            missing[name] = adapter.install
+            note(name, str(error))
+    return found, missing

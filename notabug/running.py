@@ -1,0 +1,99 @@
+"""The ``run`` command: from words to a plan, the board, the summary, the report and an exit code."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.text import Text
+
+from notabug.adapters.base import Quality
+from notabug.adapters.registry import adapter, adapters
+from notabug.exit_codes import ExitCode
+from notabug.progress import Board, table
+from notabug.record import Result
+from notabug.report.page import draw
+from notabug.run import Plan, Run, find_renderers, run
+from notabug.selection import NothingSelectedError, choose, parse_variants
+from notabug.words import tally
+
+
+def command(
+    *,
+    scenes: Sequence[str],
+    renderers: Sequence[str],
+    variants: Sequence[str],
+    every_variant: bool,
+    out: Path,
+    samples: int,
+    seeds: int,
+    timeout: float,
+    require: Sequence[str],
+    resume: bool,
+    as_json: bool,
+) -> ExitCode:
+    """Run the selection and print what came of it."""
+    quiet = Console(stderr=True)
+    choices = choose(scenes, parse_variants(variants), every_variant=every_variant)
+    asked = {name: adapter(name) for name in dict.fromkeys(renderers)} if renderers else adapters()
+    required = {name: adapter(name) for name in require}
+
+    def note(name: str, why: str) -> None:
+        quiet.print(Text(f"{name}: not installed, left out. {why}", style="yellow"), soft_wrap=True)
+
+    found, missing = find_renderers(asked, note)
+    for name, each in required.items():
+        if name not in found:
+            each.find()  # raises with the way to install it
+    if not found:
+        raise NothingSelectedError("no renderer is installed", do="see `notabug doctor`")
+    plan = Plan(
+        choices=choices,
+        renderers=found,
+        out=out,
+        quality=Quality(samples=samples, seeds=tuple(range(seeds)), timeout=timeout),
+        resume=resume,
+        missing=missing,
+        command=["notabug", *sys.argv[1:]],
+    )
+    try:
+        with Board(quiet) as board:
+            state = run(plan, board)
+    except KeyboardInterrupt:
+        quiet.print(
+            f"interrupted; finished results stay in {out} and the same command goes on from there", markup=False
+        )
+        raise SystemExit(130) from None
+    page = draw(out)
+    if as_json:
+        print(json.dumps(state.document(), ensure_ascii=False, allow_nan=False))
+    else:
+        _summary(Console(), state, page)
+    return code_of(state.results)
+
+
+def code_of(results: Sequence[Result]) -> ExitCode:
+    """A bug outweighs an error; what the scene's expectation table states is accepted."""
+    words = {each.verdict.word for each in results if not each.accepted}
+    if "bug" in words:
+        return ExitCode.BUG
+    return ExitCode.RENDERER if "error" in words else ExitCode.OK
+
+
+def _summary(console: Console, state: Run, page: Path) -> None:
+    console.print(table(state.results, messages=True))
+    console.print()
+    console.print(Text(tally(each.verdict.word for each in state.results), style="bold"))
+    surprises = sum(each.surprising for each in state.results)
+    if surprises:
+        console.print(f"{surprises} other than expected")
+    seconds = state.document()["seconds"]
+    share = seconds["outside"] / seconds["total"] if seconds["total"] else 0.0
+    console.print(
+        f"{seconds['total']:.1f} s, of which {seconds['render']:.1f} s in renderers and {share:.0%} outside of them",
+        highlight=False,
+    )
+    console.print(f"{state.plan.out / 'run.json'}\n{page}", markup=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,147 @@
+"""What to run: scenes by id, class, glob or USD file, and variants by set, become a list of choices."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from itertools import product
+from pathlib import Path
+from types import MappingProxyType
+
+from notabug.scenes_usd import catalogue
+from notabug.scenes_usd.errors import NotabugError, SelectionError
+from notabug.scenes_usd.reader import SUFFIXES, find, scene_id
+
+ALL = "all"
+
+
+class NothingSelectedError(NotabugError):
+    """A selection that is well formed and empty."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One scene with the variants that were asked for; sets left out keep the scene's default.
+
+    ``source`` is what was asked for (an id or a path), ``folder`` where the results of a scene from outside the corpus
+    go: two files of one name must not share a folder.
+    """
+
+    source: str
+    id: str
+    variants: Mapping[str, str] = field(default_factory=dict)
+    folder: str = ""
+
+    @property
+    def variant(self) -> str:
+        return ",".join(f"{key}={value}" for key, value in sorted(self.variants.items()))
+
+
+def parse_variants(words: Iterable[str]) -> dict[str, tuple[str, ...]]:
+    """``SET=NAME`` words; a set that is named again collects its names, ``SET=A,B`` names two at once."""
+    wanted: dict[str, tuple[str, ...]] = {}
+    for word in words:
+        name, equals, values = word.partition("=")
+        if not (name and equals and values):
+            raise SelectionError("not a variant", where="--variant", expected="SET=NAME", got=repr(word))
+        wanted[name] = (*wanted.get(name, ()), *(each for each in values.split(",") if each))
+    return wanted
+
+
+def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_variant: bool = False) -> list[Choice]:
+    """The choices for ``scenes`` (all when empty) under the variants ``wanted``.
+
+    A scene without a wanted set keeps its default; a set that no selected scene has is a SelectionError.
+    ``every_variant`` varies one set at a time about the default, so that a scene costs the sum of its sets' sizes, not
+    the product.
+    """
+    sources = list(dict.fromkeys(source for word in scenes or ["*"] for source in _sources(word)))
+    if not sources:
+        raise NothingSelectedError("no scene matches", got=" ".join(scenes), do="see `notabug list scenes`")
+    choices: list[Choice] = []
+    unused = {name: set(values) - {ALL} for name, values in wanted.items()}
+    absent = set(wanted)
+    for source in sources:
+        sets = _sets(source, wanted)
+        here = {name: values for name, values in wanted.items() if name in sets}
+        absent -= here.keys()
+        for name in here:
+            unused[name] -= set(sets[name])
+        for variants in _combinations(sets, here, every_variant):
+            choices.append(_choice(source, variants))
+    _refuse(sources, absent, unused)
+    return list({(each.source, each.variant): each for each in choices}.values())
+
+
+def _sources(word: str) -> list[str]:
+    """The sources that one SCENE argument stands for."""
+    if word.endswith(SUFFIXES):
+        return [word]
+    ids = [each.id for each in catalogue.scenes()]
+    if word in ids:
+        return [word]
+    if any(each.partition("/")[0] == word for each in ids):
+        return [each for each in ids if each.partition("/")[0] == word]
+    if any(mark in word for mark in "*?["):
+        return [each for each in ids if fnmatchcase(each, word)]
+    raise SelectionError(
+        f"no scene or class called {word!r}",
+        expected=f"one of {', '.join(ids)}, a class, a glob, or a {'/'.join(SUFFIXES)} file",
+        do="see `notabug list scenes`",
+    )
+
+
+def _sets(source: str, wanted: Mapping[str, Sequence[str]] = MappingProxyType({})) -> dict[str, tuple[str, ...]]:
+    """Variant set -> its variants.
+
+    A file from outside the corpus may bring sets by composition, which its own layer does not show: there a wanted
+    name is passed on, and reading the scene says whether it exists.
+    """
+    entry = catalogue.read_entry(find(source))
+    sets = dict(entry.variants)
+    if "/" not in entry.id:
+        for name, values in wanted.items():
+            if name not in sets and ALL not in values:
+                sets[name] = tuple(values)
+    return sets
+
+
+def _combinations(
+    sets: Mapping[str, Sequence[str]], wanted: Mapping[str, Sequence[str]], every_variant: bool
+) -> list[dict[str, str]]:
+    named = {
+        name: tuple(sets[name])
+        if ALL in values and ALL not in sets[name]
+        else tuple(v for v in values if v in sets[name])
+        for name, values in wanted.items()
+    }
+    named = {name: values for name, values in named.items() if values}
+    picked = [dict(zip(named, values, strict=True)) for values in product(*named.values())]
+    if not every_variant:
+        return picked
+    return [
+        base | {name: value} for base in picked for name in sets if name not in named for value in sets[name]
+    ] or picked
+
+
+def _choice(source: str, variants: Mapping[str, str]) -> Choice:
+    path = find(source)
+    name = scene_id(path)
+    if "/" in name:
+        return Choice(name, name, variants)
+    tag = hashlib.blake2b(str(path).encode("utf-8", "surrogateescape"), digest_size=3).hexdigest()
+    return Choice(str(Path(source)), name, variants, folder=f"own/{name}-{tag}")
+
+
+def _refuse(sources: Sequence[str], absent: Iterable[str], unused: Mapping[str, Iterable[str]]) -> None:
+    for name in sorted(absent):
+        known = sorted({each for source in sources for each in _sets(source)})
+        raise SelectionError(f"no selected scene has the variant set {name!r}", expected=f"one of {', '.join(known)}")
+    for name, values in unused.items():
+        for value in sorted(values):
+            known = list(dict.fromkeys(v for source in sources for v in _sets(source).get(name, ())))
+            raise SelectionError(
+                f"no selected scene has {name}={value}", expected=f"one of {', '.join(known)} or {ALL}"
+            )

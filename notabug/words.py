@@ -1,0 +1,55 @@
+"""How verdicts and numbers are written for people: the same words and styles on the terminal and in the report."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+
+from notabug.record import Result
+
+STYLE: dict[str, str] = {
+    "pass": "green",
+    "limitation": "cyan",
+    "bug": "bold red",
+    "inconclusive": "yellow",
+    "unsupported": "dim",
+    "error": "bold magenta",
+}
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """``value`` in at most ``digits`` significant digits, without an exponent where it stays short.
+
+    >>> number(0.00412345), number(41.0), number(None), number(123456.0)
+    ('0.00412', '41', '–', '123456')
+    """
+    if value is None or not math.isfinite(value):
+        return "–"
+    if value == round(value) and abs(value) < 1e7:
+        return str(round(value))
+    return f"{value:.{digits}g}" if abs(value) < 10**digits else str(round(value))
+
+
+def readable(name: str) -> str:
+    """``facet_self_shadow`` as ``facet self shadow``."""
+    return name.replace("_", " ")
+
+
+def finding_names(result: Result) -> str:
+    """The findings' names, each once, in the order of the findings."""
+    return ", ".join(dict.fromkeys(readable(each.name) for each in result.verdict.findings))
+
+
+def area(result: Result) -> float:
+    return sum(each.area_px for each in result.verdict.findings)
+
+
+def strongest(result: Result) -> float:
+    return max((each.jnd for each in result.verdict.findings), default=0.0)
+
+
+def tally(words: Iterable[str]) -> str:
+    """``3 pass, 1 bug``: the verdict words counted, in the order of their seriousness."""
+    counted = Counter(words)
+    return ", ".join(f"{counted[word]} {word}" for word in STYLE if counted[word]) or "no results"
