@@ -14,6 +14,8 @@ What POV-Ray does, measured with 3.7.0.10, and what is written for it:
   opacity here.
 - ``interpolate 2`` is bilinear with texel centres at +0.5 and wraps at the border: 7.7e-6 (half a step of the output)
   from a float64 lookup. It cannot clamp; a clamped texture is written with its border repeated as far as the uv reach.
+- A triangle whose three normals are within 1e-5 of one another is drawn flat, with the normal of its plane, whatever
+  the normals are. Where they are not the plane's, one is tilted by 4e-5 to have them honoured.
 
 Only numbers go into the text: names, paths and strings of a stage never do.
 """
@@ -34,6 +36,7 @@ from notabug.scenes_usd.triangulate import triangulate
 
 MAX_TRACE_LEVEL = 9  # eight bounces and the camera's ray
 _REACH = 1e-6  # fade_distance over the distance to the scene's farthest corner
+_ALIKE = 1e-5  # normals closer than this are one to POV-Ray
 _LEAST_FADE = 1e-9  # POV-Ray ignores a fade_distance below 1e-10
 
 
@@ -163,9 +166,27 @@ def _mesh(mesh: Mesh, look: str, image: Image | None) -> str:
     parts = [_list("vertex_vectors", mesh.points)]
     indices = [_list("face_indices", cut.point)]
     if mesh.normals is not None:
-        parts.append(_list("normal_vectors", mesh.normals))
+        parts.append(_list("normal_vectors", _honoured(mesh, mesh.normals)))
         indices.append(_list("normal_indices", cut.corner))
     if mesh.uv is not None and image is not None:
         parts.append(_list("uv_vectors", mesh.uv * image.a + image.b))
         indices.append(_list("uv_indices", cut.corner))
     return f"mesh2 {{ {' '.join(parts + indices)} {look} }}"
+
+
+def _honoured(mesh: Mesh, normals: Floats) -> Floats:
+    """``normals`` (c, 3), one of each face tilted where POV-Ray would take the plane's in their stead."""
+    first = np.concatenate([[0], np.cumsum(mesh.counts)[:-1]]).astype(np.intp)
+    face = np.repeat(np.arange(len(first)), mesh.counts)
+    spread = np.maximum.reduceat(np.linalg.norm(normals - normals[first][face], axis=1), first)
+    a, b, c = (mesh.points[mesh.corners[first + step]] for step in range(3))
+    plane = np.cross(b - a, c - a)
+    with np.errstate(invalid="ignore", divide="ignore"):  # a face without area is not drawn
+        plane /= np.linalg.norm(plane, axis=1)[:, None]
+    off = np.linalg.norm(normals[first] - plane, axis=1) > _ALIKE
+    tilted = first[off & (spread < 2.0 * _ALIKE)]
+    kept = normals.copy()
+    axis = np.eye(3)[np.abs(kept[tilted]).argmin(axis=1)]
+    aside = np.cross(kept[tilted], axis)
+    kept[tilted] += 4.0 * _ALIKE * aside / np.linalg.norm(aside, axis=1)[:, None]
+    return kept
