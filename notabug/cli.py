@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from enum import StrEnum
 from pathlib import Path
@@ -210,6 +211,9 @@ def report(
 
 def main() -> None:
     """The program: an error that a user can act on is one line on standard error and an exit code, never a trace."""
+    for stream in (sys.stdout, sys.stderr):  # a terminal that lacks a glyph gets a question mark, not a trace
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     try:
         app()
     except NotabugError as error:

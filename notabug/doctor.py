@@ -8,13 +8,13 @@ import platform
 import sys
 from dataclasses import asdict, dataclass
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 import notabug
 from notabug.adapters.registry import adapters
 from notabug.exit_codes import ExitCode
+from notabug.progress import console
 from notabug.scenes_usd.errors import NotabugError
 from notabug.tool import library_versions
 
@@ -55,5 +55,5 @@ def command(as_json: bool) -> ExitCode:
         for each in found:
             glyph, style = {True: ("✓", "green"), False: ("✗", "bold red"), None: ("–", "yellow")}[each.fine]
             shown.add_row(Text(glyph, style=style), Text(each.name), Text(each.says))
-        Console().print(shown)
+        console().print(shown)
     return ExitCode.USAGE if any(each.fine is False for each in found) else ExitCode.OK

@@ -21,7 +21,7 @@ from notabug.adapters.base import Declaration, Filter
 from notabug.exit_codes import ExitCode
 from notabug.folders import folder_name, write_json
 from notabug.outcome import judge_pictures
-from notabug.progress import verdict_text
+from notabug.progress import console, verdict_text
 from notabug.record import SCHEMA, Result, json_ready
 from notabug.report.page import draw
 from notabug.running import code_of
@@ -96,11 +96,11 @@ def command(
     if out is not None:
         write_json(out / "run.json", document)
         page = draw(out)
-        Console(stderr=True).print(str(page), markup=False, highlight=False, soft_wrap=True)
+        console(stderr=True).print(str(page), markup=False, soft_wrap=True)
     if as_json:
         print(json.dumps(document, ensure_ascii=False, allow_nan=False))
     else:
-        _show(Console(), result)
+        _show(console(), result)
     return code_of([result])
 
 
@@ -150,18 +150,18 @@ def _as_linear(images: Sequence[Path], pictures: Sequence[Picture], folder: Path
     return paths
 
 
-def _show(console: Console, result: Result) -> None:
+def _show(out: Console, result: Result) -> None:
     verdict = result.verdict
     where = " ".join(part for part in (result.scene, result.variant) if part)
-    console.print(verdict_text(result).append(f"  {where}", style="default not bold"))
+    out.print(verdict_text(result).append(f"  {where}", style="default not bold"))
     if verdict.message:
-        console.print(verdict.message, markup=False, highlight=False)
+        out.print(verdict.message, markup=False)
     for each in verdict.findings:
         x0, y0, x1, y1 = each.region
         line = f"  {each.kind}: {readable(each.name)}, {number(round(each.area_px, 1))} px in "
         line += f"[{x0}, {x1}) x [{y0}, {y1}), "
         line += f"jnd {number(each.jnd, 2)}, z {number(each.z)}{'' if each.visible else ', invisible'}"
-        console.print(Text(line + (f": {each.message}" if each.message else "")), highlight=False)
+        out.print(Text(line + (f": {each.message}" if each.message else "")))
     numbers = ", ".join(f"{readable(name)} {number(value, 4)}" for name, value in verdict.numbers.items())
     if numbers:
-        console.print(numbers, style="dim", markup=False, highlight=False)
+        out.print(numbers, style="dim", markup=False)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from notabug.adapters.base import RendererMissingError
 from notabug.adapters.registry import adapters
 from notabug.exit_codes import ExitCode
+from notabug.progress import console
 from notabug.references.models.model import models
 from notabug.scenes_usd.catalogue import scenes
 from notabug.scenes_usd.reader import read_scene
@@ -79,5 +79,5 @@ def command(topic: str, as_json: bool) -> ExitCode:
         for row in rows:
             cells = (", ".join(value) if isinstance(value, list) else str(value) for value in row.values())
             table.add_row(*map(Text, cells))
-        Console().print(table)
+        console().print(table)
     return ExitCode.OK if rows else ExitCode.NOTHING

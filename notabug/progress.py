@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import TracebackType
 
 from rich.console import Console, Group, RenderableType
@@ -61,10 +62,16 @@ class Board:
         return Group(table([each for each, _ in self._results[-room:]]), self._bar)
 
 
-def table(results: list[Result], *, messages: bool = False) -> Table:
-    """The results as a table; ``messages`` adds the sentence of each that is worth one."""
+def console(*, stderr: bool = False) -> Console:
+    """A console; in a log, which has no width, lines are wide enough for the table."""
+    made = Console(stderr=stderr, highlight=False)
+    return made if made.is_terminal else Console(stderr=stderr, highlight=False, width=160)
+
+
+def table(results: Sequence[Result]) -> Table:
+    """The results as a table."""
     drawn = Table(box=None, header_style="bold", pad_edge=False, expand=False)
-    drawn.add_column("scene", overflow="fold")
+    drawn.add_column("scene", no_wrap=True)
     drawn.add_column("variant", overflow="fold")
     drawn.add_column("renderer", no_wrap=True)
     drawn.add_column("verdict", no_wrap=True)
@@ -76,15 +83,12 @@ def table(results: list[Result], *, messages: bool = False) -> Table:
     if surprises:
         drawn.add_column("expected", no_wrap=True)
     for each in results:
-        findings = Text(finding_names(each))
-        if messages and each.verdict.message and each.verdict.word not in ("pass", "limitation"):
-            findings = Text("\n" if findings.plain else "").join([findings, Text(each.verdict.message, style="dim")])
         cells = [
             Text(each.scene),
             Text(each.variant),
             Text(each.renderer),
             verdict_text(each),
-            findings,
+            Text(finding_names(each)),
             Text(number(round(area(each), 1)) if each.verdict.findings else ""),
             Text(number(strongest(each), 2) if each.verdict.findings else ""),
             Text(f"{sum(each.seconds.get(key, 0.0) for key in ('render', 'judge')):.2f}"),
@@ -93,6 +97,17 @@ def table(results: list[Result], *, messages: bool = False) -> Table:
             cells.append(Text(each.expected if each.surprising else "", style="bold"))
         drawn.add_row(*cells)
     return drawn
+
+
+def messages(results: Sequence[Result]) -> list[Text]:
+    """A line for each result that is not well: what it is and the sentence that says why."""
+    return [
+        verdict_text(each)
+        .append(f"  {each.scene} {each.variant}".rstrip(), style="default not bold")
+        .append(f" {each.renderer}: {each.verdict.message}", style="default not bold")
+        for each in results
+        if each.verdict.message and each.verdict.word not in ("pass", "limitation")
+    ]
 
 
 def verdict_text(result: Result) -> Text:

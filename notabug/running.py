@@ -13,7 +13,7 @@ from rich.text import Text
 from notabug.adapters.base import Quality
 from notabug.adapters.registry import adapter, adapters
 from notabug.exit_codes import ExitCode
-from notabug.progress import Board, table
+from notabug.progress import Board, console, messages, table
 from notabug.record import Result
 from notabug.report.page import draw
 from notabug.run import Plan, Run, find_renderers, run
@@ -36,7 +36,7 @@ def command(
     as_json: bool,
 ) -> ExitCode:
     """Run the selection and print what came of it."""
-    quiet = Console(stderr=True)
+    quiet = console(stderr=True)
     choices = choose(scenes, parse_variants(variants), every_variant=every_variant)
     asked = {name: adapter(name) for name in dict.fromkeys(renderers)} if renderers else adapters()
     required = {name: adapter(name) for name in require}
@@ -71,7 +71,7 @@ def command(
     if as_json:
         print(json.dumps(state.document(), ensure_ascii=False, allow_nan=False))
     else:
-        _summary(Console(), state, page)
+        _summary(console(), state, page)
     return code_of(state.results)
 
 
@@ -83,17 +83,18 @@ def code_of(results: Sequence[Result]) -> ExitCode:
     return ExitCode.RENDERER if "error" in words else ExitCode.OK
 
 
-def _summary(console: Console, state: Run, page: Path) -> None:
-    console.print(table(state.results, messages=True))
-    console.print()
-    console.print(Text(tally(each.verdict.word for each in state.results), style="bold"))
+def _summary(out: Console, state: Run, page: Path) -> None:
+    out.print(table(state.results))
+    out.print()
+    for line in messages(state.results):
+        out.print(line, soft_wrap=True)
+    out.print(Text(tally(each.verdict.word for each in state.results), style="bold"))
     surprises = sum(each.surprising for each in state.results)
     if surprises:
-        console.print(f"{surprises} other than expected")
+        out.print(f"{surprises} other than expected")
     seconds = state.document()["seconds"]
     share = seconds["outside"] / seconds["total"] if seconds["total"] else 0.0
-    console.print(
-        f"{seconds['total']:.1f} s, of which {seconds['render']:.1f} s in renderers and {share:.0%} outside of them",
-        highlight=False,
+    out.print(
+        f"{seconds['total']:.1f} s, of which {seconds['render']:.1f} s in renderers and {share:.0%} outside of them"
     )
-    console.print(f"{state.plan.out / 'run.json'}\n{page}", markup=False, highlight=False, soft_wrap=True)
+    out.print(f"{state.plan.out / 'run.json'}\n{page}", markup=False, soft_wrap=True)
