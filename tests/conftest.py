@@ -1,0 +1,41 @@
+"""Fixtures for all floors: the real renderers, where they are installed.
+
+A test that needs a renderer that is not there is skipped with the install line; it fails instead where the environment
+variable NOTABUG_REQUIRE names the renderer (names joined by commas), so that a machine that should have it cannot pass
+by skipping.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import TypeVar
+
+import pytest
+
+from notabug.adapters.base import Adapter, RendererMissingError
+from notabug.adapters.mitsuba import Mitsuba
+from notabug.adapters.povray import PovRay
+
+Any_ = TypeVar("Any_", bound=Adapter)
+
+
+def _installed(adapter: Any_) -> Any_:
+    try:
+        adapter.find()
+    except RendererMissingError as missing:
+        if adapter.name in os.environ.get("NOTABUG_REQUIRE", "").split(","):
+            pytest.fail(f"NOTABUG_REQUIRE names {adapter.name}, but {missing}")
+        pytest.skip(str(missing))
+    return adapter
+
+
+@pytest.fixture(scope="session")
+def povray() -> PovRay:
+    """The POV-Ray adapter."""
+    return _installed(PovRay())
+
+
+@pytest.fixture(scope="session")
+def mitsuba() -> Mitsuba:
+    """The Mitsuba adapter."""
+    return _installed(Mitsuba())
