@@ -1,0 +1,43 @@
+"""Folder names: whatever a scene is called, its files stay inside the run's folder."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from notabug.folders import folder_name, job_folder, write_json
+
+
+@given(st.text(st.characters(), max_size=200))
+def test_a_folder_name_is_one_harmless_name(text: str) -> None:
+    name = folder_name(text)
+    assert name not in ("", ".", "..")
+    assert not name.startswith((".", "-"))
+    assert not set(name) & set("/\\:\0\n")
+    assert len(name.encode()) < 100
+
+
+@given(st.text(max_size=100), st.text(max_size=100))
+def test_unequal_texts_have_unequal_names(a: str, b: str) -> None:
+    if {a, b} != {"", "default"}:
+        assert (folder_name(a) == folder_name(b)) == (a == b)
+
+
+@pytest.mark.parametrize("hostile", ["../../etc", "/etc/passwd", "..", "a/../../b", "~root", "con\0x", "$(rm -rf)"])
+def test_a_job_stays_inside(tmp_path: Path, hostile: str) -> None:
+    folder = job_folder(tmp_path, hostile, hostile, hostile)
+    assert folder.resolve().is_relative_to(tmp_path.resolve())
+    assert len(folder.relative_to(tmp_path).parts) == 4
+
+
+def test_writing_is_all_or_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    write_json(path, {"a": 1})
+    with pytest.raises(ValueError, match="JSON"):
+        write_json(path, {"a": float("nan")})
+    assert json.loads(path.read_text()) == {"a": 1}
+    assert [each.name for each in tmp_path.iterdir()] == ["a.json"]

@@ -1,0 +1,71 @@
+"""Selections: ids, classes, globs, files; variants by set."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from notabug.scenes_usd.catalogue import entry, scenes
+from notabug.scenes_usd.errors import SelectionError
+from notabug.selection import NothingSelectedError, choose, parse_variants
+
+SPHERE = "terminator/sphere"
+
+
+def test_nothing_named_is_every_scene_once_at_its_defaults() -> None:
+    choices = choose([], {})
+    assert [each.id for each in choices] == [each.id for each in scenes()]
+    assert not any(each.variants for each in choices)
+
+
+@pytest.mark.parametrize("word", ["terminator/sphere", "terminator", "*/sphere", "term*"])
+def test_a_scene_by_any_name(word: str) -> None:
+    assert SPHERE in [each.id for each in choose([word], {})]
+
+
+def test_a_scene_named_twice_runs_once() -> None:
+    assert [each.id for each in choose([SPHERE, SPHERE, "*/sphere"], {})].count(SPHERE) == 1
+
+
+def test_several_variants_of_a_set() -> None:
+    wanted = parse_variants(["tessellation=8x4", "tessellation=48x24,24x12"])
+    assert [each.variant for each in choose([SPHERE], wanted)] == [
+        "tessellation=8x4",
+        "tessellation=48x24",
+        "tessellation=24x12",
+    ]
+
+
+def test_all_of_a_set_and_all_sets() -> None:
+    every = [f"tessellation={name}" for name in entry(SPHERE).variants["tessellation"]]
+    assert [each.variant for each in choose([SPHERE], parse_variants(["tessellation=all"]))] == every
+    assert [each.variant for each in choose([SPHERE], {}, every_variant=True)] == every
+
+
+def test_a_scene_without_the_set_keeps_its_default() -> None:
+    found = {each.id: each.variant for each in choose([SPHERE, "calibration/card"], {"tessellation": ["8x4"]})}
+    assert found == {SPHERE: "tessellation=8x4", "calibration/card": ""}
+
+
+def test_files_of_one_name_have_folders_of_their_own(tmp_path: Path) -> None:
+    files = []
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        files.append(shutil.copy(entry(SPHERE).path, tmp_path / name / "mine.usda"))
+    first, second = choose([str(each) for each in files], {"tessellation": ["8x4"]})
+    assert (first.id, second.id) == ("mine", "mine")
+    assert first.folder != second.folder
+    assert first.variant == "tessellation=8x4"
+
+
+@pytest.mark.parametrize("word", ["", "=", "a=", "=b", "a"])
+def test_what_is_no_variant(word: str) -> None:
+    with pytest.raises(SelectionError, match="SET=NAME"):
+        parse_variants([word])
+
+
+def test_a_glob_without_a_match_is_nothing() -> None:
+    with pytest.raises(NothingSelectedError):
+        choose(["nothing*"], {})
