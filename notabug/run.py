@@ -29,19 +29,8 @@ CARD = Choice(source="calibration/card", id="calibration/card")
 # Findings on the calibration card that accuse the adapter, not the renderer: until they are gone nothing is judged.
 ADAPTER_FAULTS = frozenset(
     {
-        "upside_down",
-        "mirrored",
-        "rotated",
-        "transposed",
-        "gain",
-        "gain_pi",
-        "gamma",
-        "encoding",
-        "shift",
-        "field_of_view",
-        "size",
-        "channels",
-        "invalid",
+        *("upside_down", "mirrored", "rotated", "pixel_shift", "field_of_view", "wrong_size", "wrong_scene"),
+        *("light_gain", "gamma", "srgb_encoded", "channels_swapped", "wrong_channels", "black"),
     }
 )
 

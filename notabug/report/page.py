@@ -132,7 +132,7 @@ def _facts(result: Result) -> tuple[tuple[str, str], ...]:
         facts["samples"] = f"{result.samples} x {result.seeds} seeds" if result.seeds > 1 else str(result.samples)
     if result.samples or result.seconds.get("render"):
         facts["seconds"] = f"{result.seconds['render']:.2f} render, {result.seconds['judge']:.2f} judge"
-    facts |= {readable(name): number(value, 4) for name, value in verdict.numbers.items()}
+    facts |= {readable(name): number(value, 4) for name, value in verdict.numbers.items() if name != "seeds"}
     if verdict.triggers:
         facts["triggers"] = ", ".join(verdict.triggers)
     if result.renderer_version:

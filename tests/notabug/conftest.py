@@ -62,7 +62,7 @@ class FakeJudge:
     verdicts: dict[str, Verdict] = field(default_factory=dict)
     judged: list[str] = field(default_factory=list)
 
-    def __call__(self, pictures: Any, scene: Scene, declaration: Declaration) -> Judgement:
+    def __call__(self, pictures: Any, scene: Scene, declaration: Declaration, **options: Any) -> Judgement:
         self.judged.append(scene.id)
         mean = np.mean(pictures, axis=0, dtype=np.float64)
         none = np.zeros(mean.shape[:2])
