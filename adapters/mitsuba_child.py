@@ -46,7 +46,7 @@ def _picture(mi: Any, job: dict[str, Any], scenes: list[Any], seed: int) -> npt.
     samples: int = job["samples"]
     shares = [most] * (samples // most) + [samples % most] * (samples % most > 0)
     for number, (scene, share) in enumerate(itertools.product(scenes, shares)):
-        film += np.array(mi.render(scene, seed=seed + number * _ANOTHER, spp=share)) * (share / samples)
+        film += np.array(mi.render(scene, seed=(seed + number * _ANOTHER) % (1 << 32), spp=share)) * (share / samples)
     return film.astype(np.float32)
 
 

@@ -25,7 +25,7 @@ from notabug.adapters.povray_scene import Image, scene_text, texture_images
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
-from notabug.scenes_usd.picture import read_picture, write_exr
+from notabug.scenes_usd.picture import PictureError, read_picture, write_exr
 from notabug.scenes_usd.scene import Floats, Scene
 
 _STEP = 0.25  # of the lights, from one picture to the next while values clip
@@ -180,7 +180,10 @@ class _Shots:
         self.ended.append(ended.check(name))
         self.gains = " ".join(filter(None, [self.gains, f"{gain:.17g}"]))
         made_picture(picture, where=name, log=ended.log)
-        read = read_picture(picture)
+        try:
+            read = read_picture(picture)
+        except PictureError as error:
+            raise failure(error.what, where=name, log=ended.log) from error
         if read.pixels.shape[:2] != (height, width) or read.quantum != 1 / 65535:
             raise failure(
                 f"a picture of {read.pixels.shape[1]} x {read.pixels.shape[0]} came back",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +34,7 @@ class Stage:
     """Builders of scenes, and what a picture of them must be."""
 
     out: Path
+    centres: Quality = CENTRES
 
     def camera(self, eye: Sequence[float], target: Sequence[float] = (0, 0, 0), tan: float = 0.5) -> Camera:
         z = np.array(eye, float) - np.array(target, float)
@@ -147,8 +149,8 @@ class Stage:
             L, E = to / np.sqrt(square)[..., None], light.intensity[0] / square
         return E, np.maximum((N * L).sum(-1), 0.0)
 
-    def replace(self, scene: Scene, **changes: object) -> Scene:
-        return replace(scene, **changes)  # type: ignore[arg-type]
+    def replace(self, given: Any, **changes: Any) -> Any:
+        return replace(given, **changes)
 
 
 @pytest.fixture
