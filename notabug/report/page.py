@@ -124,10 +124,11 @@ def _facts(result: Result) -> tuple[tuple[str, str], ...]:
     if verdict.findings:
         facts["area"] = f"{number(round(area(result), 1))} px"
         facts["jnd"] = number(strongest(result), 2)
-        facts["z"] = number(max(each.z for each in verdict.findings))
+        if significance := max(each.z for each in verdict.findings):
+            facts["z"] = number(significance)
     for name, leg in verdict.legs.items():
         if leg.pixels:
-            facts[f"{readable(name)} leg"] = f"FLIP {number(leg.flip)} (max {number(leg.flip_max)}), {leg.pixels} px"
+            facts[f"{readable(name)} leg"] = f"{leg.pixels} px, FLIP {number(leg.flip)}, max {number(leg.flip_max)}"
     if result.samples:
         facts["samples"] = f"{result.samples} x {result.seeds} seeds" if result.seeds > 1 else str(result.samples)
     if result.samples or result.seconds.get("render"):
