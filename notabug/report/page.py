@@ -110,7 +110,7 @@ def load(out: Path) -> dict[str, Any]:
 def _cell(out: Path, result: Result, white: float) -> Cell:
     legs = result.verdict.legs
     strip = (
-        _picture(out, result.images.get("nearest", ""), "nearest admissible", white),
+        _picture(out, result.images.get("nearest", ""), "nearest", white),
         _heat(out, result.images.get("limitation_map", ""), "limitation leg", legs["limitation"].pixels),
         _heat(out, result.images.get("bug_map", ""), "bug leg", legs["bug"].pixels),
     )
