@@ -1,0 +1,408 @@
+"""Everything the contract cannot say is refused, and the message names the prim and the attribute."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from notabug.scenes_usd.errors import SceneError, SelectionError
+from notabug.scenes_usd.reader import read_scene
+
+SQUARE = "/Scene/Group/Square"
+PREVIEW = "/Scene/Grey/Surface"
+TEXTURE = "/Scene/Picture/Texture"
+POINTS = "point3f[] points = [(0, 0, 0), (2, 0, 0), (2, 1, 0), (0, 1, 0)]"
+UV = "[(0, 0), (1, 0), (1, 1), (0, 1)]"
+NORMALS = "[(0, 0, 1), (0, 0, 1), (0, 0, 2), (0, 1, 1)]"
+BOUND_PICTURE = "rel material:binding = </Scene/Picture>"
+GREY = (BOUND_PICTURE, "rel material:binding = </Scene/Grey>")
+
+
+def points(text: str) -> tuple[str, str]:
+    return POINTS, f"point3f[] points = {text}"
+
+
+def preview(text: str) -> tuple[tuple[str, str], ...]:
+    return GREY, ("# preview", text)
+
+
+def reflection(text: str) -> tuple[tuple[str, str], ...]:
+    shader = 'def Shader "Own"\n{\nuniform token info:id = "notabug:Reflection"\n' + text + "\ntoken outputs:out\n}"
+    return GREY, ("# grey", f"token outputs:notabug:surface.connect = </Scene/Grey/Own.outputs:out>\n{shader}")
+
+
+def pentagon(uv: str) -> tuple[tuple[str, str], ...]:
+    return (
+        ("[4]", "[5]"),
+        ("[0, 1, 2, 3]", "[0, 1, 2, 3, 4]"),
+        points("[(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0)]"),
+        (f'normal3f[] normals = {NORMALS} (\n                interpolation = "vertex"\n            )', ""),
+        (UV, uv),
+    )
+
+
+CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
+    # the stage and its card
+    "no default prim": ((('defaultPrim = "Scene"', ""),), "/.defaultPrim", "no default prim"),
+    "no card": ((("dictionary notabug", "dictionary other"),), "/Scene.customData:notabug", "no card"),
+    "no claim": ((('string claim = "A square shows its texture."', ""),), "/Scene.customData:notabug:claim", "missing"),
+    "class": ((('"texture"', '"textures"'),), "/Scene.customData:notabug:class", "acne, terminator"),
+    "card key": (
+        (("string claim", 'string klass = ""\nstring claim'),),
+        "/Scene.customData:notabug:klass",
+        "unknown key 'klass'",
+    ),
+    "card type": ((("string claim", "int figure = 3\nstring claim"),), "/Scene.customData:notabug:figure", "got 3"),
+    "requires": (
+        (("string claim", 'string requires = "mesh"\nstring claim'),),
+        "/Scene.customData:notabug:requires",
+        "string[]",
+    ),
+    "reference": (
+        (('def Xform "Group"', 'def "Gone" (references = @./gone.usda@)\n{\n}\ndef Xform "Group"'),),
+        "/Scene/Gone",
+        "gone.usda",
+    ),
+    "variant without default": ((('string size = "one"', ""),), "/Scene.variants", "one, two"),
+    # camera and settings
+    "no settings": (
+        (('"/Render/Settings"', '"/Render/None"'), ("def RenderSettings", "def Scope")),
+        "/.renderSettingsPrimPath",
+        "0 RenderSettings",
+    ),
+    "no camera": ((("rel camera = </Scene/Camera>", ""),), "/Render/Settings.camera", "rel camera"),
+    "camera target": ((("= </Scene/Camera>", "= </Scene/Light>"),), "/Render/Settings.camera", "no camera"),
+    "resolution": ((("(32, 32)", "(32, 0)"),), "/Render/Settings.resolution", "(32, 0)"),
+    "pixel aspect": ((("# settings", "uniform float pixelAspectRatio = 2"),), "/Render/Settings.pixelAspectRatio", "2"),
+    "crop": (
+        (("# settings", "uniform float4 dataWindowNDC = (0, 0, 0.5, 1)"),),
+        "/Render/Settings.dataWindowNDC",
+        "0.5",
+    ),
+    "conform": (
+        (
+            ("(32, 32)", "(64, 32)"),
+            ("# settings", 'uniform token aspectRatioConformPolicy = "adjustPixelAspectRatio"'),
+        ),
+        "/Render/Settings.aspectRatioConformPolicy",
+        "adjustPixelAspectRatio",
+    ),
+    "orthographic": (
+        (("float focalLength", 'token projection = "orthographic"\nfloat focalLength'),),
+        "/Scene/Camera.projection",
+        "orthographic",
+    ),
+    "aperture offset": (
+        (("float focalLength", "float verticalApertureOffset = 1\nfloat focalLength"),),
+        "/Scene/Camera.verticalApertureOffset",
+        "got 1",
+    ),
+    "focal length": ((("focalLength = 20", "focalLength = 0"),), "/Scene/Camera.focalLength", "above 0"),
+    "depth of field": (
+        (("float focalLength", "float fStop = 8\nfloat focalLength"),),
+        "/Scene/Camera.fStop",
+        "got 8",
+    ),
+    "clipping": ((("(0.1, 100)", "(1, 1)"),), "/Scene/Camera.clippingRange", "0 < near < far"),
+    "camera scale": (
+        (
+            (
+                '(0, 0, 5)\n        uniform token[] xformOpOrder = ["xformOp:translate"]',
+                '(0, 0, 5)\ndouble3 xformOp:scale = (1, 2, 1)\nuniform token[] xformOpOrder = ["xformOp:scale"]',
+            ),
+        ),
+        "/Scene/Camera.xformOpOrder",
+        "unevenly",
+    ),
+    # lights
+    "no light": ((("bool treatAsPoint = 1", 'token visibility = "invisible"'),), "/Scene", "no visible light"),
+    "soft light": ((("bool treatAsPoint = 1", ""),), "/Scene/Light.treatAsPoint", "soft"),
+    "negative light": ((("inputs:intensity = 4", "inputs:intensity = -4"),), "/Scene/Light.inputs:intensity", "-4"),
+    "infinite light": ((("inputs:intensity = 4", "inputs:intensity = inf"),), "/Scene/Light.inputs:intensity", "inf"),
+    "light colour": (
+        (("bool treatAsPoint", "color3f inputs:color = (1, -1, 1)\nbool treatAsPoint"),),
+        "/Scene/Light.inputs:color",
+        "-1",
+    ),
+    "colour temperature": (
+        (("bool treatAsPoint", "bool inputs:enableColorTemperature = 1\nbool treatAsPoint"),),
+        "/Scene/Light.inputs:enableColorTemperature",
+        "not supported",
+    ),
+    "spot": (
+        (
+            ('SphereLight "Light"', 'SphereLight "Light" (prepend apiSchemas = ["ShapingAPI"])'),
+            ("bool treatAsPoint", "float inputs:shaping:cone:angle = 30\nbool treatAsPoint"),
+        ),
+        "/Scene/Light.inputs:shaping:cone:angle",
+        "spot",
+    ),
+    "light linking": (
+        (("bool treatAsPoint", "rel collection:lightLink:excludes = </Scene/Group>\nbool treatAsPoint"),),
+        "/Scene/Light.collection:lightLink:excludes",
+        "linking",
+    ),
+    "distant light": (
+        (("# scene", 'def DistantLight "Sun"\n{\n}'),),
+        "/Scene/Sun.inputs:angle",
+        "expected 0",
+    ),
+    "scaled light": (
+        (
+            ("bool inputs:normalize = 1", "double3 xformOp:scale = (2, 2, 2)"),
+            (
+                '(1, 2, 3)\n        uniform token[] xformOpOrder = ["xformOp:translate"]',
+                '(1, 2, 3)\nuniform token[] xformOpOrder = ["xformOp:scale"]',
+            ),
+        ),
+        "/Scene/Light.xformOpOrder",
+        "area",
+    ),
+    # schemas
+    "cube": ((("# scene", 'def Cube "Box"\n{\n}'),), "/Scene/Box", "unsupported schema Cube"),
+    "points": ((("# scene", 'def Points "Dust"\n{\n}'),), "/Scene/Dust", "unsupported schema Points"),
+    "curves": ((("# scene", 'def BasisCurves "Hair"\n{\n}'),), "/Scene/Hair", "unsupported schema BasisCurves"),
+    "instancer": ((("# scene", 'def PointInstancer "Many"\n{\n}'),), "/Scene/Many", "unsupported schema PointInst"),
+    "dome": ((("# scene", 'def DomeLight "Sky"\n{\n}'),), "/Scene/Sky", "unsupported schema DomeLight"),
+    "unknown type": ((("# scene", 'def Teapot "Tea"\n{\n}'),), "/Scene/Tea", "unsupported schema Teapot"),
+    "subset": (
+        (("# square", 'def GeomSubset "Half"\n{\nint[] indices = [0]\n}'),),
+        f"{SQUARE}/Half",
+        "unsupported schema GeomSubset",
+    ),
+    "nothing drawn": ((("# square", 'token visibility = "invisible"'),), "/Scene", "nothing to draw"),
+    # geometry
+    "subdivision": (
+        (('uniform token subdivisionScheme = "none"', ""),),
+        f"{SQUARE}.subdivisionScheme",
+        "got catmullClark",
+    ),
+    "holes": ((("# square", "int[] holeIndices = [0]"),), f"{SQUARE}.holeIndices", "holes"),
+    "no faces": ((("[4]", "[]"),), f"{SQUARE}.faceVertexCounts", "no faces"),
+    "two corners": ((("[4]", "[4, 2]"),), f"{SQUARE}.faceVertexCounts", "face 1 has 2 corners"),
+    "counts": ((("[4]", "[3]"),), f"{SQUARE}.faceVertexIndices", "expected 3 indices, got 4"),
+    "index": ((("[0, 1, 2, 3]", "[0, 1, 2, 4]"),), f"{SQUARE}.faceVertexIndices", "expected 0 to 3, got 4"),
+    "negative index": ((("[0, 1, 2, 3]", "[0, 1, -2, 3]"),), f"{SQUARE}.faceVertexIndices", "element 2"),
+    "nan point": (
+        (points("[(0, 0, 0), (2, nan, 0), (2, 1, 0), (0, 1, 0)]"),),
+        f"{SQUARE}.points",
+        "element 1 is not finite",
+    ),
+    "inf normal": ((("(0, 0, 2)", "(0, 0, -inf)"),), f"{SQUARE}.normals", "element 2 is not finite"),
+    "nan uv": ((("(1, 0), (1, 1)", "(1, 0), (nan, 1)"),), f"{SQUARE}.primvars:st", "element 2 is not finite"),
+    "zero normal": ((("(0, 0, 2)", "(0, 0, 0)"),), f"{SQUARE}.normals", "corner 2 has no length"),
+    "normal count": (((", (0, 1, 1)]", "]"),), f"{SQUARE}.normals", "expected 4, got 3"),
+    "uv count": ((("[(0, 0), (1, 0),", "[(1, 0),"),), f"{SQUARE}.primvars:st", "interpolation vertex"),
+    "uv indices": (
+        (("# square", "int[] primvars:st:indices = [0, 1, 2, 4]"),),
+        f"{SQUARE}.primvars:st:indices",
+        "expected 0 to 3, got 4",
+    ),
+    "no uv": ((("primvars:st", "primvars:uv"),), f"{SQUARE}.primvars:st", "picture.png"),
+    "animated": (
+        ((POINTS, "point3f[] points.timeSamples = {0: [(0, 0, 0)], 1: [(1, 1, 1)]}"),),
+        f"{SQUARE}.points",
+        "animated",
+    ),
+    "animated transform": (
+        (
+            (
+                "# group",
+                "float xformOp:rotateX.timeSamples = {0: 1, 1: 2}\n"
+                'uniform token[] xformOpOrder = ["xformOp:rotateX"]',
+            ),
+        ),
+        "/Scene/Group.xformOpOrder",
+        "animated",
+    ),
+    "singular": (
+        (("# group", 'float3 xformOp:scale = (1, 0, 1)\nuniform token[] xformOpOrder = ["xformOp:scale"]'),),
+        f"{SQUARE}.xformOpOrder",
+        "singular",
+    ),
+    "nan transform": (
+        (("# group", 'double3 xformOp:translate = (nan, 0, 1)\nuniform token[] xformOpOrder = ["xformOp:translate"]'),),
+        f"{SQUARE}.xformOpOrder",
+        "not finite",
+    ),
+    "concave": (
+        (points("[(0, 0, 0), (2, 0, 0), (0.2, 0.2, 0), (0, 1, 0)]"),),
+        f"{SQUARE}.faceVertexIndices",
+        "concave",
+    ),
+    "crossed": (
+        (points("[(0, 0, 0), (2, 0, 0), (0, 1, 0), (1, 3, 0)]"),),
+        f"{SQUARE}.faceVertexIndices",
+        "face 0 is concave or crosses itself",
+    ),
+    "bow tie": (
+        (points("[(0, 0, 0), (2, 0, 0), (0, 1, 0), (2, 1, 0)]"),),
+        f"{SQUARE}.faceVertexIndices",
+        "crosses itself",
+    ),
+    "180 degrees": (
+        (points("[(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0)]"),),
+        f"{SQUARE}.faceVertexIndices",
+        "180 degrees",
+    ),
+    "not planar": (
+        (points("[(0, 0, 0), (2, 0, 0), (2, 1, 0.0001), (0, 1, 0)]"),),
+        f"{SQUARE}.faceVertexIndices",
+        "not planar",
+    ),
+    "pentagon uv": (
+        pentagon("[(0, 0), (1, 0), (1, 0.5), (0.6, 1), (0, 0.5)]"),
+        f"{SQUARE}.faceVertexIndices",
+        "5 corners and uv that are not affine",
+    ),
+    "sphere radius": (
+        (("# scene", 'def Sphere "Ball"\n{\nrel material:binding = </Scene/Grey>\ndouble radius = 0\n}'),),
+        "/Scene/Ball.radius",
+        "above 0",
+    ),
+    # materials
+    "unbound": (((BOUND_PICTURE, ""),), f"{SQUARE}.material:binding", "no material is bound"),
+    "bound to nothing": (
+        ((BOUND_PICTURE, "rel material:binding = </Scene/Gone>"),),
+        f"{SQUARE}.material:binding",
+        "/Scene/Gone",
+    ),
+    "no surface": (
+        (GREY, ("token outputs:surface.connect = </Scene/Grey/Surface.outputs:surface>", "")),
+        "/Scene/Grey.outputs:surface",
+        "not connected",
+    ),
+    "other shader": (
+        (
+            ("rel material:binding = </Scene/Picture>", "rel material:binding = </Scene/Grey>"),
+            (
+                "# grey",
+                "token outputs:notabug:surface.connect = </Scene/Grey/Surface.outputs:surface>",
+            ),
+        ),
+        "/Scene/Grey.outputs:notabug:surface",
+        "expected notabug:Reflection, got UsdPreviewSurface",
+    ),
+    "emissive": (preview("color3f inputs:emissiveColor = (1, 0, 0)"), f"{PREVIEW}.inputs:emissiveColor", "notabug"),
+    "clearcoat": (preview("float inputs:clearcoat = 1"), f"{PREVIEW}.inputs:clearcoat", "expected 0"),
+    "metallic": (preview("float inputs:metallic = 0.5"), f"{PREVIEW}.inputs:metallic", "got 0.5"),
+    "specular": (preview("color3f inputs:specularColor = (1, 1, 1)"), f"{PREVIEW}.inputs:specularColor", "(1, 1, 1)"),
+    "displacement": (preview("float inputs:displacement = 1"), f"{PREVIEW}.inputs:displacement", "expected 0"),
+    "normal map": (
+        preview("normal3f inputs:normal.connect = </Scene/Picture/Texture.outputs:rgb>"),
+        f"{PREVIEW}.inputs:normal",
+        "only diffuseColor",
+    ),
+    "unknown input": (
+        preview("color3f inputs:diffuseColour = (1, 0, 0)"),
+        f"{PREVIEW}.inputs:diffuseColour",
+        "unknown input",
+    ),
+    "opacity": (preview("float inputs:opacity = 1.5"), f"{PREVIEW}.inputs:opacity", "0 to 1"),
+    "metal workflow": (
+        (GREY, ("(0.5, 0.25, 0.125)\n            int inputs:useSpecularWorkflow = 1", "(0.5, 0.25, 0.125)")),
+        f"{PREVIEW}.inputs:useSpecularWorkflow",
+        "expected 1, got 0",
+    ),
+    "albedo": ((GREY, ("(0.5, 0.25, 0.125)", "(0.5, 1.25, 0.125)")), f"{PREVIEW}.inputs:diffuseColor", "1.25"),
+    "lobe": (reflection('token inputs:lobe = "ward"'), "/Scene/Grey/Own.inputs:lobe", "phong or blinn"),
+    "reflection input": (reflection("float inputs:gloss = 1"), "/Scene/Grey/Own.inputs:gloss", "unknown input"),
+    "exponent": (reflection("float inputs:exponent = -1"), "/Scene/Grey/Own.inputs:exponent", "at least 0"),
+    "mirror": (reflection("color3f inputs:mirror = (2, 0, 0)"), "/Scene/Grey/Own.inputs:mirror", "0 to 1"),
+    "ior": (reflection("float inputs:ior = 0"), "/Scene/Grey/Own.inputs:ior", "out of range"),
+    # textures
+    "missing file": ((("@./picture.png@", "@./gone.png@"),), f"{TEXTURE}.inputs:file", "gone.png"),
+    "scale": ((("# texture", "float4 inputs:scale = (2, 2, 2, 2)"),), f"{TEXTURE}.inputs:scale", "(2.0, 2.0, 2.0, 2.0)"),
+    "bias": ((("# texture", "float4 inputs:bias = (0, 0, 1, 0)"),), f"{TEXTURE}.inputs:bias", "not supported"),
+    "wrap": ((('wrapT = "repeat"', 'wrapT = "mirror"'),), f"{TEXTURE}.inputs:wrapT", "repeat or clamp"),
+    "no wrap": ((('token inputs:wrapS = "clamp"', ""),), f"{TEXTURE}.inputs:wrapS", "got useMetadata"),
+    "colour space": ((('"raw"', '"ACEScg"'),), f"{TEXTURE}.inputs:sourceColorSpace", "ACEScg"),
+    "texture input": ((("# texture", "float inputs:gain = 1"),), f"{TEXTURE}.inputs:gain", "unknown input"),
+    "channel": (
+        (("/Texture.outputs:rgb>", "/Texture.outputs:r>"), ("float3 outputs:rgb", "float outputs:r")),
+        "/Scene/Picture/Surface.inputs:diffuseColor",
+        "outputs:rgb",
+    ),
+    "other primvar": ((('"st"', '"map1"'),), "/Scene/Picture/Coordinates.inputs:varname", "expected st"),
+    "no coordinates": (
+        (("float2 inputs:st.connect = </Scene/Picture/Coordinates.outputs:result>", ""),),
+        f"{TEXTURE}.inputs:st",
+        "UsdPrimvarReader_float2",
+    ),
+    # intent
+    "intent missing": (
+        (("string claim", 'string intent = "/Scene/None"\nstring claim'),),
+        "/Scene.customData:notabug:intent",
+        "/Scene/None",
+    ),
+    "intent drawn": (
+        (("string claim", 'string intent = "/Scene/Group/Square"\nstring claim'),),
+        "/Scene.customData:notabug:intent",
+        "guide",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_refused(case: str, write: Callable[..., Path]) -> None:
+    changes, where, fragment = CASES[case]
+    with pytest.raises(SceneError) as caught:
+        read_scene(write(*changes))
+    assert caught.value.where == where, str(caught.value)
+    assert str(caught.value).startswith(where)
+    assert fragment in str(caught.value)
+
+
+def test_unchanged_stage_is_accepted(write: Callable[..., Path]) -> None:
+    """The cases above change one thing in a stage that reads without them."""
+    scene = read_scene(write())
+    assert (scene.id, scene.variant, len(scene.objects), len(scene.lights)) == ("square", "size=one", 1, 1)
+
+
+@pytest.mark.parametrize("case", ["no surface", "opacity", "lobe"])
+def test_grey_is_accepted(case: str, write: Callable[..., Path]) -> None:
+    changes = CASES[case][0][:1]
+    assert read_scene(write(*changes)).materials[0].path == "/Scene/Grey"
+
+
+def test_texture_damaged(write: Callable[..., Path], tmp_path: Path, png: Callable[..., bytes]) -> None:
+    path = write()
+    for data, fragment in (
+        (b"", "empty"),
+        (b"plain text", "not a picture"),
+        (png(bytes(16), 2, 2, kind=6), "alpha"),
+        (png(bytes(range(12)), 2, 2)[:50], "damaged"),
+    ):
+        (tmp_path / "picture.png").write_bytes(data)
+        with pytest.raises(SceneError) as caught:
+            read_scene(path)
+        assert caught.value.where == f"{TEXTURE}.inputs:file"
+        assert fragment in str(caught.value)
+
+
+def test_not_a_stage(tmp_path: Path) -> None:
+    path = tmp_path / "bad.usda"
+    path.write_text("#usda 1.0\ndef Xform {")
+    with pytest.raises(SceneError, match=r"bad\.usda: cannot be opened as a USD stage"):
+        read_scene(path)
+    path.write_bytes(b"")
+    with pytest.raises(SceneError, match=r"bad\.usda"):
+        read_scene(path)
+    with pytest.raises(SceneError, match="no such file"):
+        read_scene(tmp_path / "gone.usda")
+
+
+@pytest.mark.parametrize("source", ["terminator/none", "none", "../scenes_usd/terminator/sphere", "terminator"])
+def test_unknown_scene(source: str) -> None:
+    with pytest.raises(SelectionError, match="terminator/sphere"):
+        read_scene(source)
+
+
+def test_unknown_variant(write: Callable[..., Path]) -> None:
+    path = write()
+    with pytest.raises(SelectionError, match=r"no variant 'three' in the set 'size'; expected one of one, two"):
+        read_scene(path, {"size": "three"})
+    with pytest.raises(SelectionError, match=r"no variant set 'colour'; expected one of size"):
+        read_scene(path, {"colour": "red"})
