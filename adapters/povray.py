@@ -1,10 +1,12 @@
 """POV-Ray 3.7: a ray tracer with double-precision arithmetic, driven through its command line.
 
-The picture comes back as a 16-bit PNG with ``File_Gamma=1.0``, the most exact of its formats: 1.2e-5 median and 3.8e-5
-largest relative error on a Lambert floor, against 1.8e-4 and 4.8e-4 for its half-float EXR (``+FH`` is biased by
--0.3 %). It clips at 1, so a picture that reaches 1 is rendered again with the lights divided by four, until nothing
-clips, and the clipped values are taken from there: the step is 1/65535 below 1, and at most 4/65535 of the value above.
-A picture that stays below 1/16 is rendered again with brighter lights, which makes the step finer.
+The picture comes back as a 16-bit PNG with ``File_Gamma=1.0``, the most exact of its formats: on a Lambert floor
+under a point light every pixel is within half a step (7.6e-6) of float64, where its half-float EXR is off by 1.8e-4
+of the value at the median and ``+FH`` is biased by -0.3 %. It clips at 1, so a picture that reaches 1 is rendered
+again with the lights divided by four, until nothing clips, and the clipped values are taken from there: the step is
+1/65535 below 1, and at most 4/65535 of the value above. A picture that stays below 1/16 is rendered again with
+brighter lights, which makes the step finer. The gains used stand in the EXR's attribute ``notabug:gains``. A run
+takes 0.65 s of which it computes 0.02 s: the program sleeps.
 """
 
 from __future__ import annotations

@@ -16,10 +16,10 @@ from notabug.adapters.base import Adapter, RendererMissingError
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.povray import PovRay
 
-Any_ = TypeVar("Any_", bound=Adapter)
+Installed = TypeVar("Installed", bound=Adapter)
 
 
-def _installed(adapter: Any_) -> Any_:
+def _installed(adapter: Installed) -> Installed:
     try:
         adapter.find()
     except RendererMissingError as missing:
