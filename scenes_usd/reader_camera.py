@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from pxr import Usd, UsdRender
 
@@ -47,7 +49,7 @@ def read_camera(stage: Usd.Stage) -> tuple[Camera, int, int]:
     )
     horizontal, vertical = _conform(settings, horizontal, vertical, width / height)
     near, far = (float(each) for each in value(prim, "clippingRange"))
-    if not (np.isfinite(near) and 0.0 < near < far):
+    if not (math.isfinite(far) and 0.0 < near < far):
         raise fault(prim, "clippingRange", "out of range", expected="0 < near < far", got=f"({near:g}, {far:g})")
 
     matrix = world_matrix(prim)

@@ -19,6 +19,7 @@ _PLAIN = (  # attribute, the only value the contract can say, where the schema's
     ("inputs:shadow:distance", -1.0),
     ("inputs:shaping:focus", 0.0),
 )
+_BRIGHTEST = 1e30  # pictures are float32
 _LINKS = (
     "light:filters",
     "collection:lightLink:includes",
@@ -80,7 +81,10 @@ def _emitted(prim: Usd.Prim) -> Colour:
     intensity = number(prim, "inputs:intensity", 1.0, low=0.0)
     exposure = number(prim, "inputs:exposure", 0.0, low=-1000.0, high=1000.0)
     colour = check_colour(prim, "inputs:color", value(prim, "inputs:color", (1.0, 1.0, 1.0)), high=math.inf)
-    return _times(colour, intensity * 2.0**exposure)
+    emitted = _times(colour, intensity * 2.0**exposure)
+    if max(emitted) > _BRIGHTEST:
+        raise fault(prim, "inputs:exposure", "too bright", expected=f"at most {_BRIGHTEST:g}", got=f"{max(emitted):g}")
+    return emitted
 
 
 def _times(colour: Colour, factor: float) -> Colour:

@@ -15,8 +15,11 @@ Diagonal = Literal["02", "13"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Triangles:
-    """A mesh's triangles: ``corner`` (t, 3) face corners (index normals and uv), ``point`` (t, 3) into the mesh's points,
-    ``points`` (t, 3, 3) positions, ``face`` (t,) the polygon each was cut from."""
+    """A mesh's triangles.
+
+    ``corner`` (t, 3) face corners (index normals and uv), ``point`` (t, 3) into the mesh's points, ``points`` (t, 3, 3)
+    positions, ``face`` (t,) the polygon each was cut from.
+    """
 
     corner: Ints
     point: Ints
@@ -27,8 +30,8 @@ class Triangles:
 def triangulate(mesh: Mesh, diagonal: Diagonal = "02") -> Triangles:
     """Cut every polygon into a fan of triangles, faces in order.
 
-    ``02`` starts the fan at corner 0, so a quad is cut along the diagonal from corner 0 to corner 2; ``13`` starts it at
-    corner 1.
+    ``02`` starts the fan at corner 0, so a quad is cut along the diagonal from corner 0 to corner 2; ``13`` starts it
+    at corner 1.
     """
     start = int(diagonal[0])
     counts = mesh.counts.astype(np.int64)

@@ -121,6 +121,11 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
     "soft light": ((("bool treatAsPoint = 1", ""),), "/Scene/Light.treatAsPoint", "soft"),
     "negative light": ((("inputs:intensity = 4", "inputs:intensity = -4"),), "/Scene/Light.inputs:intensity", "-4"),
     "infinite light": ((("inputs:intensity = 4", "inputs:intensity = inf"),), "/Scene/Light.inputs:intensity", "inf"),
+    "overexposed": (
+        (("bool treatAsPoint", "float inputs:exposure = 900\nbool treatAsPoint"),),
+        "/Scene/Light.inputs:exposure",
+        "too bright",
+    ),
     "light colour": (
         (("bool treatAsPoint", "color3f inputs:color = (1, -1, 1)\nbool treatAsPoint"),),
         "/Scene/Light.inputs:color",
@@ -210,8 +215,7 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
         (
             (
                 "# group",
-                "float xformOp:rotateX.timeSamples = {0: 1, 1: 2}\n"
-                'uniform token[] xformOpOrder = ["xformOp:rotateX"]',
+                'float xformOp:rotateX.timeSamples = {0: 1, 1: 2}\nuniform token[] xformOpOrder = ["xformOp:rotateX"]',
             ),
         ),
         "/Scene/Group.xformOpOrder",
@@ -314,7 +318,11 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
     "ior": (reflection("float inputs:ior = 0"), "/Scene/Grey/Own.inputs:ior", "out of range"),
     # textures
     "missing file": ((("@./picture.png@", "@./gone.png@"),), f"{TEXTURE}.inputs:file", "gone.png"),
-    "scale": ((("# texture", "float4 inputs:scale = (2, 2, 2, 2)"),), f"{TEXTURE}.inputs:scale", "(2.0, 2.0, 2.0, 2.0)"),
+    "scale": (
+        (("# texture", "float4 inputs:scale = (2, 2, 2, 2)"),),
+        f"{TEXTURE}.inputs:scale",
+        "(2.0, 2.0, 2.0, 2.0)",
+    ),
     "bias": ((("# texture", "float4 inputs:bias = (0, 0, 1, 0)"),), f"{TEXTURE}.inputs:bias", "not supported"),
     "wrap": ((('wrapT = "repeat"', 'wrapT = "mirror"'),), f"{TEXTURE}.inputs:wrapT", "repeat or clamp"),
     "no wrap": ((('token inputs:wrapS = "clamp"', ""),), f"{TEXTURE}.inputs:wrapS", "got useMetadata"),
