@@ -179,6 +179,45 @@ def judge(
     raise typer.Exit(code)
 
 
+@app.command()
+def why(
+    image: Annotated[Path, typer.Argument(metavar="IMAGE", help="The picture.")],
+    scene: SceneOption,
+    pixel: Annotated[str, typer.Option("--pixel", metavar="X,Y", help="The pixel, from 0, y down.")],
+    variant: Variant = None,
+    filter: Annotated[Filter, typer.Option(help="The renderer's pixel filter.")] = Filter.unknown,  # noqa: A002
+    precision: Annotated[Precision, typer.Option(help="Arithmetic of the intersections.")] = Precision.float32,
+    encoding: Annotated[Encoding, typer.Option(help="What the picture's numbers are.")] = Encoding.linear,
+    as_json: Json = False,
+) -> None:
+    """Say what each model predicts at one pixel, and which one fits."""
+    from notabug.why import command
+
+    code = command(
+        image=image,
+        source=scene,
+        variants=variant or [],
+        pixel=pixel,
+        filter_name=filter.value,
+        precision=precision.value,
+        srgb=encoding is Encoding.srgb,
+        as_json=as_json,
+    )
+    raise typer.Exit(code)
+
+
+@app.command()
+def references(
+    deed: Annotated[Deed, typer.Argument(help="Write the references, or check that they are there and right.")],
+    scenes: Annotated[list[str] | None, typer.Argument(metavar="[SCENE]...", help="Default: all.")] = None,
+    variant: Variant = None,
+) -> None:
+    """Build or verify the corpus of reference pictures."""
+    from notabug.corpus import command
+
+    raise typer.Exit(command(deed.value, scenes or [], variant or []))
+
+
 @app.command("list")
 def list_(
     topic: Annotated[Topic, typer.Argument(help="What to list.")] = Topic.scenes,

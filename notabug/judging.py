@@ -51,14 +51,7 @@ def command(
 ) -> ExitCode:
     """Judge ``images`` as seeds of one renderer and print the verdict."""
     begun = time.perf_counter()
-    chosen = {}
-    for name, values in parse_variants(variants).items():
-        if len(values) > 1:
-            raise SelectionError(
-                f"{len(values)} variants of {name!r}", where="--variant", expected="one: a picture shows one"
-            )
-        chosen[name] = values[0]
-    scene = read_scene(source, chosen)
+    scene = read_scene(source, one_variant(variants))
     pictures = [read_picture(path) for path in images]
     declaration = declare(pictures, filter_name, radius, precision, srgb=srgb, noisy=noisy)
     with tempfile.TemporaryDirectory(prefix="notabug-") as scratch:
@@ -102,6 +95,17 @@ def command(
     else:
         _show(console(), result)
     return code_of([result])
+
+
+def one_variant(words: Sequence[str]) -> dict[str, str]:
+    """``SET=NAME`` words as a choice: a picture shows one variant of each set."""
+    wanted = parse_variants(words)
+    for name, values in wanted.items():
+        if len(values) > 1:
+            raise SelectionError(
+                f"{len(values)} variants of {name!r}", where="--variant", expected="one: a picture shows one"
+            )
+    return {name: values[0] for name, values in wanted.items()}
 
 
 def declare(

@@ -1,0 +1,63 @@
+"""The ``why`` command: what each model predicts at one pixel, term by term, and which one fits."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Protocol, cast
+
+from notabug.exit_codes import ExitCode
+from notabug.judging import declare, decode_srgb, one_variant
+from notabug.progress import console
+from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.picture import read_picture
+from notabug.scenes_usd.reader import read_scene
+
+
+class Explanation(Protocol):
+    """What ``notabug.metrics.why.explain_pixel(pixels, scene, declaration, x, y)`` gives."""
+
+    def as_dict(self) -> dict[str, Any]: ...
+    def as_text(self) -> str: ...
+
+
+def command(
+    *,
+    image: Path,
+    source: str,
+    variants: Sequence[str],
+    pixel: str,
+    filter_name: str,
+    precision: str,
+    srgb: bool,
+    as_json: bool,
+) -> ExitCode:
+    """Explain the pixel ``X,Y`` (y down, from 0) of ``image``."""
+    scene = read_scene(source, one_variant(variants))
+    picture = read_picture(image)
+    x, y = parse_pixel(pixel, picture.pixels.shape[1], picture.pixels.shape[0])
+    pixels = decode_srgb(picture.pixels) if srgb else picture.pixels
+    declaration = declare([picture], filter_name, None, precision, srgb=srgb, noisy=None)
+    explain_pixel = importlib.import_module("notabug.metrics.why").explain_pixel
+    found = cast(Explanation, explain_pixel(pixels, scene, declaration, x, y))
+    if as_json:
+        print(json.dumps(found.as_dict(), ensure_ascii=False, allow_nan=False))
+    else:
+        console().print(found.as_text(), markup=False, soft_wrap=True)
+    return ExitCode.OK
+
+
+def parse_pixel(text: str, width: int, height: int) -> tuple[int, int]:
+    """``X,Y`` inside of a picture.
+
+    >>> parse_pixel("140,88", 256, 256)
+    (140, 88)
+    """
+    x, comma, y = text.partition(",")
+    if not (comma and x.strip().isdecimal() and y.strip().isdecimal()):
+        raise SelectionError("not a pixel", where="--pixel", expected="X,Y such as 140,88", got=repr(text))
+    if int(x) >= width or int(y) >= height:
+        raise SelectionError("outside of the picture", where="--pixel", expected=f"below {width},{height}", got=text)
+    return int(x), int(y)
