@@ -1,4 +1,4 @@
-"""The ``references`` command: build the corpus of reference pictures, or verify that it still is what the code gives."""
+"""The ``references`` command: build the corpus of reference pictures, or verify that it is what the code gives."""
 
 from __future__ import annotations
 
