@@ -96,9 +96,16 @@ class Adapter(Protocol):
     ``capabilities`` answers a card's ``requires`` and the scene's content: see ``adapters.registry.needs``.
     """
 
-    name: str
-    capabilities: frozenset[str]
-    install: str  # one line: how to get the renderer
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def capabilities(self) -> frozenset[str]: ...
+
+    @property
+    def install(self) -> str:
+        """One line: how to get the renderer."""
+        ...
 
     def declaration(self, quality: Quality) -> Declaration: ...
 

@@ -31,7 +31,7 @@ DEFAULT_SAMPLES = 16
 _LLVM, _SCALAR = "llvm_ad_rgb", "scalar_rgb"
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Mitsuba:
     """Mitsuba 3, by default 16 random samples a pixel under a box filter, for each seed.
 

@@ -36,7 +36,7 @@ _DIM = 1.0 / 16.0  # a picture below this is rendered again, brighter
 _OPTIONS = ("-D", "-P", "-V", "-A", "-C", "+FN16", "File_Gamma=1.0", "Dither=off", "Output_Alpha=off")
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class PovRay:
     """POV-Ray, at pixel centres unless more ``samples`` are asked for.
 

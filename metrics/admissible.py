@@ -1,4 +1,4 @@
-"""Steps 2 to 4 of the question "may this pixel look like that?": the admissible set of a hypothesis, and its tolerance."""
+"""Steps 2 and 3: what a hypothesis admits at each pixel, and with which tolerance."""
 
 from __future__ import annotations
 

@@ -3,16 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.verdict import Verdict
+from notabug.metrics import perceive as eye
+from notabug.metrics.admissible import RELATIVE, Admissible, Bools, admissible, residual
+from notabug.metrics.causes import gain_message
+from notabug.metrics.explain import Explanation, admitted, explain
+from notabug.metrics.naming import Name, Others, name_bug
+from notabug.metrics.noise import TILE, Measured, measure
+from notabug.metrics.significance import significance
+from notabug.metrics.valid import box, invalid
+from notabug.metrics.verdict import Finding, Leg, Verdict, Word
+from notabug.references.models.model import Model, models
+from notabug.references.predict import predict
 from notabug.scenes_usd.scene import Scene
 
-Floats = npt.NDArray[np.float64]
+Floats = npt.NDArray[np.floating]
+
+REGIONS = 12  # boxes a finding lists at most
+BLIND = 3.0  # standard errors of a tile's mean that must fit into the tolerance, or the picture is too noisy to judge
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,15 +49,199 @@ class Judgement:
 
 
 def judge(
-    pictures: Sequence[npt.NDArray[np.floating]],
+    pictures: Sequence[Floats],
     scene: Scene,
     declaration: Declaration,
     *,
     perceive: bool = True,
-    tolerance: float = 0.004,
+    tolerance: float = RELATIVE,
+    others: Others = tuple,
 ) -> Judgement:
     """Judge ``pictures`` (independent seeds of one renderer, each (h, w, 3) linear) of ``scene``.
 
-    ``perceive`` measures FLIP on the legs that are not empty; without it the legs hold only pixel counts.
+    ``perceive`` measures FLIP and colour differences on the legs that are not empty; without it the legs hold only
+    pixel counts. ``others`` gives references of other scenes, to recognise a picture that belongs to one of them.
     """
-    raise NotImplementedError
+    sets: dict[tuple[str, ...], Admissible] = {}
+
+    def predicted(chosen: tuple[Model, ...]) -> Admissible:
+        key = tuple(each.name for each in chosen)
+        if key not in sets:
+            sets[key] = admissible(predict(scene, chosen), declaration, tolerance)
+        return sets[key]
+
+    reference = predicted(())
+    wrong = invalid(pictures, scene.height, scene.width)
+    if wrong is not None:
+        return _refused(wrong, pictures, reference)
+    measured = measure(pictures, reference.edge)
+    known = list(models(scene))
+    open_to = admitted(known, declaration)
+    found = explain(measured, open_to, predicted)
+    findings: tuple[Finding, ...] = ()
+    word: Word
+    hesitation = _hesitation(measured, found, declaration)
+    considered = {key[0]: to.value for key, to in sets.items() if len(key) == 1}
+    if hesitation:
+        word, message = "inconclusive", hesitation
+    elif found.triggers:
+        name = _global_name(found) or name_bug(
+            measured, found, [each for each in known if each.kind == "fault"], open_to, predicted, others
+        )
+        bug = _bug(name, found)
+        word, findings, message = "bug", (bug, *_limitations(measured, found, reference)), bug.message
+    else:
+        findings = _limitations(measured, found, reference)
+        word = "limitation" if any(each.kind == "limitation" for each in findings) else "pass"
+        message = "; ".join(each.message for each in findings)
+    judgement = Judgement(
+        Verdict(word, findings, triggers=found.triggers, message=message, numbers=_numbers(measured, found, reference)),
+        measured.mean,
+        reference.value,
+        found.nearest,
+        np.zeros(measured.mean.shape[:2]),
+        np.zeros(measured.mean.shape[:2]),
+        considered,
+    )
+    return _perceived(judgement, found, reference, perceive)
+
+
+def _refused(wrong: Finding, pictures: Sequence[Floats], reference: Admissible) -> Judgement:
+    first = np.asarray(pictures[0], np.float64)
+    shown = first if first.shape == reference.value.shape else np.zeros_like(reference.value)
+    empty = np.zeros(reference.value.shape[:2])
+    verdict = Verdict("bug", (wrong,), triggers=("invalid",), message=wrong.message)
+    return Judgement(verdict, shown, reference.value, reference.value, empty, empty)
+
+
+def _hesitation(measured: Measured, found: Explanation, declaration: Declaration) -> str:
+    """Why no verdict is possible, or "": a single noisy picture, or noise that hides what the tolerance forbids."""
+    smooth = ~found.target.edge
+    tau = found.target.tau
+    if not measured.noisy:
+        if declaration.noisy and found.triggers:
+            return "one picture of a noisy renderer: render at least two seeds"
+        if found.triggers and _looks_noisy(measured, found):
+            return "the picture looks noisy and there is only one: give at least two independent seeds"
+        return ""
+    error = np.sqrt(measured.kappa * measured.variance) / TILE
+    ratio = float(np.median((error / tau)[smooth])) if smooth.any() else 0.0
+    if not found.triggers and BLIND * ratio > 1.0:
+        factor = (BLIND * ratio) ** 2
+        return f"too noisy: {factor:.1f} times as many samples would decide"
+    return ""
+
+
+def _looks_noisy(measured: Measured, found: Explanation) -> bool:
+    """A residual that changes sign from pixel to pixel all over the smooth parts is noise, not a fault."""
+    r = (measured.mean - found.target.value).mean(axis=2)
+    smooth = ~ndimage.binary_dilation(found.target.edge)
+    bright = smooth & (found.target.value.max(axis=2) > 0)
+    if bright.sum() < 256 or float((found.significance.pixels & bright).sum()) < 0.05 * bright.sum():
+        return False
+    centred = np.where(bright, r - r[bright].mean(), 0.0)
+    power = float((centred**2).sum()) / float(bright.sum())
+    both = bright[:, 1:] & bright[:, :-1]
+    lag = float((centred[:, 1:] * centred[:, :-1])[both].mean()) if both.any() else power
+    return lag < 0.3 * power and abs(float(r[bright].mean())) < 0.3 * float(np.sqrt(power))
+
+
+def _global_name(found: Explanation) -> Name | None:
+    """The name of a bug that is only a gain or a shift of the whole picture, fitted already."""
+    if found.significance.triggers:
+        return None
+    if found.nuisance.gained:
+        return Name("light_gain", gain_message(found.nuisance.gain), 0.0)
+    x, y = found.nuisance.shift
+    return Name("pixel_shift", f"the picture is shifted by ({x:+.2f}, {y:+.2f}) pixels (right, down)", 0.0)
+
+
+def _bug(name: Name, found: Explanation) -> Finding:
+    wrong, tiles = found.significance.pixels, found.significance.tiles
+    if not wrong.any():  # faint and wide: the tiles that deviate, or the whole picture
+        h, w = wrong.shape
+        wrong = np.kron(tiles, np.ones((TILE, TILE), bool))[:h, :w] if tiles.any() else np.ones((h, w), bool)
+    z = float(found.significance.z[wrong].max())
+    return Finding("bug", name.name, float(wrong.sum()), box(wrong), z=z, message=name.message, regions=regions(wrong))
+
+
+def _limitations(measured: Measured, found: Explanation, reference: Admissible) -> tuple[Finding, ...]:
+    made = []
+    z = significance(residual(measured.mean, reference), measured, reference).z
+    for each in found.models:
+        alpha = found.alphas[each.name]
+        mask = alpha > 0
+        if mask.any():
+            kind: Literal["limitation", "convention"] = "convention" if each.kind == "convention" else "limitation"
+            area, strength = float(alpha.sum()), float(z[mask].max())
+            made.append(
+                Finding(kind, each.name, area, box(mask), z=strength, message=each.claim, regions=regions(mask))
+            )
+    return tuple(made)
+
+
+def regions(mask: Bools) -> tuple[tuple[int, int, int, int], ...]:
+    """The boxes of the parts of ``mask`` (h, w), parts closer than four pixels taken as one, largest first."""
+    labels, _ = ndimage.label(ndimage.binary_dilation(mask, iterations=2))
+    labels = labels * mask
+    found = []
+    for number, place in enumerate(ndimage.find_objects(labels), 1):
+        if place is not None:
+            rows, columns = place
+            size = int((labels[place] == number).sum())
+            found.append((size, (columns.start, rows.start, columns.stop, rows.stop)))
+    return tuple(each for _, each in sorted(found, reverse=True)[:REGIONS])
+
+
+def _numbers(measured: Measured, found: Explanation, reference: Admissible) -> dict[str, float]:
+    difference = measured.mean - reference.value
+    return {
+        "rmse": float(np.sqrt((difference**2).mean())),
+        "rel_mse": float((difference**2 / (reference.value**2 + 1e-2)).mean()),
+        "max": float(np.abs(difference).max()),
+        "gain": found.nuisance.gain,
+        "shift_x": found.nuisance.shift[0],
+        "shift_y": found.nuisance.shift[1],
+        "freedom": found.freedom,
+        "kappa": measured.kappa,
+        "seeds": float(measured.seeds),
+        "bug_pixels": float(found.significance.pixels.sum()),
+    }
+
+
+def _perceived(judgement: Judgement, found: Explanation, reference: Admissible, perceive: bool) -> Judgement:
+    """Measure both legs, and the findings' jnd on the leg each belongs to."""
+    limited = np.zeros(judgement.mean.shape[:2], np.bool_)
+    for each in found.models:
+        limited |= found.alphas[each.name] > 0
+    wrong = found.significance.pixels | bool(found.triggers and not found.significance.pixels.any())
+    halfway = np.where(limited[..., None], found.target.value, reference.value)
+    limitation_leg, limitation_map = _leg(reference.value, halfway, limited, perceive)
+    admitted_picture = found.nearest if found.significance.pixels.any() else found.target.value
+    tested = judgement.mean if found.triggers else admitted_picture
+    bug_leg, bug_map = _leg(admitted_picture, tested, wrong & bool(found.triggers), perceive)
+    findings = []
+    for finding in judgement.verdict.findings:
+        if not perceive:
+            findings.append(finding)
+            continue
+        if finding.kind == "bug":
+            seen = bug_leg.itp
+        else:
+            seen = eye.jnd(reference.value, halfway, found.alphas[finding.name] > 0)
+        findings.append(replace(finding, jnd=seen, visible=seen >= 1.0))
+    legs = {
+        "limitation": limitation_leg,
+        "bug": replace(bug_leg, pixels=int(found.significance.pixels.sum())),
+    }
+    verdict = replace(judgement.verdict, findings=tuple(findings), legs=legs)
+    return replace(judgement, verdict=verdict, limitation_map=limitation_map, bug_map=bug_map)
+
+
+def _leg(start: Floats, end: Floats, mask: Bools, perceive: bool) -> tuple[Leg, Floats]:
+    count = int(mask.sum())
+    empty = np.zeros(mask.shape)
+    if not count or not perceive:
+        return Leg(pixels=count), empty
+    error = eye.flip(start, end)
+    return Leg(count, float(error.mean()), float(error.max()), eye.jnd(start, end, mask)), error

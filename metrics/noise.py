@@ -29,7 +29,7 @@ class Measured:
         return self.seeds > 1
 
 
-def tiles(values: Floats, weight: Floats | None = None) -> Floats:
+def tiles(values: Floats, weight: Floats | npt.NDArray[np.bool_] | None = None) -> Floats:
     """Sums of ``values`` (h, w[, c]) over 16 x 16 tiles, ragged at the right and lower border."""
     if weight is not None:
         values = values * weight
@@ -40,8 +40,8 @@ def tiles(values: Floats, weight: Floats | None = None) -> Floats:
 def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured:
     """The mean and pooled variance of ``pictures``; at ``edge`` pixels the larger of pooled and own variance.
 
-    Variances are pooled over 5 x 5 pixels, which gives 12.5 (K - 1) degrees of freedom: few seeds often agree exactly by
-    chance, and an unpooled variance would then make any residual significant. All-equal pictures count as one.
+    Variances are pooled over 5 x 5 pixels, which gives 12.5 (K - 1) degrees of freedom: few seeds often agree exactly
+    by chance, and an unpooled variance would then make any residual significant. All-equal pictures count as one.
     """
     stack = np.stack([np.asarray(each, np.float64) for each in pictures])
     mean = stack.mean(axis=0)

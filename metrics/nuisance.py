@@ -72,9 +72,7 @@ def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, flo
     return gain, error
 
 
-def _shift(
-    measured: Measured, to: Admissible, gain: float, excluded: Bools
-) -> tuple[tuple[float, float], float]:
+def _shift(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> tuple[tuple[float, float], float]:
     dx = ndimage.correlate1d(to.value, [-0.5, 0.0, 0.5], axis=1, mode="nearest")
     dy = ndimage.correlate1d(to.value, [-0.5, 0.0, 0.5], axis=0, mode="nearest")
     strong = np.abs(dx) + np.abs(dy)

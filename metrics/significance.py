@@ -16,13 +16,14 @@ Floats = npt.NDArray[np.floating]
 RATE = 0.01  # false discovery rate of Benjamini and Hochberg 1995
 BUDGET = 8  # pixels beside an edge that may be wrong: where two renderers' last bits see another surface
 NEAR = 2  # pixels from an edge
+FLOOR = 0.02  # of the tolerance: a standard error below it is chance, where few seeds agree exactly
 CHANNELS = 6  # two-sided tests of three channels
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Significance:
-    """Significant pixels (h, w), tiles (th, tw), and ``z`` (h, w): |residual| beyond tolerance in standard errors, or in
-    tolerances when there is no noise."""
+    """Significant pixels (h, w), tiles (th, tw), and ``z`` (h, w): |residual| beyond tolerance in standard errors, or
+    in tolerances when there is no noise."""
 
     pixels: Bools
     tiles: Bools
@@ -57,7 +58,7 @@ def significance(residual: Floats, measured: Measured, to: Admissible) -> Signif
         pixels = beyond.max(axis=2) > 0
         tile = np.zeros(1, np.bool_)
     else:
-        error = np.sqrt(np.maximum(measured.variance, 1e-30))
+        error = np.maximum(np.sqrt(measured.variance), FLOOR * to.tau)
         z = (beyond / error).max(axis=2)
         p = np.minimum(1.0, CHANNELS * special.stdtr(measured.freedom, -z))
         pixels = discoveries(p) & (z > 0)
@@ -76,7 +77,7 @@ def _tiles(residual: Floats, measured: Measured, to: Admissible) -> Bools:
     mean = np.abs(tiles(residual, smooth)) / count
     tau = tiles(to.tau, smooth) / count
     error = np.sqrt(measured.kappa * tiles(measured.variance, smooth)) / count
-    z = np.maximum(mean - tau, 0.0) / np.maximum(error, 1e-15)
+    z = np.maximum(mean - tau, 0.0) / np.maximum(error, FLOOR * np.maximum(tau, 1e-30))
     enough = tiles(smooth.astype(float))[..., 0] >= TILE
     p = np.minimum(1.0, CHANNELS * special.ndtr(-z.max(axis=2)))
-    return discoveries(np.where(enough, p, 1.0)) & (z.max(axis=2) > 0)
+    return np.asarray(discoveries(np.where(enough, p, 1.0)) & (z.max(axis=2) > 0))

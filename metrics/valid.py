@@ -1,4 +1,4 @@
-"""Step 0: a picture that is no picture. Non-finite pixels and wrong sizes are said first: other comparisons hide NaN."""
+"""Step 0: a picture that is no picture: wrong size, non-finite (which other comparisons hide), negative."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ def invalid(pictures: Sequence[npt.NDArray[np.floating]], height: int, width: in
     """What makes ``pictures`` (each (h, w, 3)) unfit to be compared with a reference of that size, or None."""
     for picture in pictures:
         if picture.ndim != 3 or picture.shape[2] != 3:
-            return Finding("bug", "wrong_channels", 0.0, (0, 0, 0, 0), message=f"expected (h, w, 3), got {picture.shape}")
+            return Finding(
+                "bug", "wrong_channels", 0.0, (0, 0, 0, 0), message=f"expected (h, w, 3), got {picture.shape}"
+            )
         h, w = picture.shape[:2]
         if (h, w) != (height, width):
             return Finding(

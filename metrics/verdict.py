@@ -1,4 +1,4 @@
-"""Verdict and Finding: what the judge says of a picture. Both round-trip through JSON by ``as_dict`` and ``from_dict``."""
+"""Verdict and Finding: what the judge says of a picture; they round-trip through JSON."""
 
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ GLYPH: dict[str, str] = {
 class Finding:
     """One region that deviates, with its explanation.
 
-    ``regions`` are the boxes of its parts, largest first. ``area_px`` is the sum of alpha (the share of a pixel that the artifact takes) over the region's pixels, so noise and
-    filter do not move it. ``jnd`` is the 95th percentile of ICtCp's Delta E_ITP over the region (1: just noticeable).
-    ``z`` is the largest significance: |residual| in units of its standard error (or of the tolerance when there is no
-    noise). ``region`` is [x0, y0, x1, y1) in pixels, y down.
+    ``regions`` are the boxes of its parts, largest first. ``area_px`` is the sum of alpha (the share of a pixel that
+    the artifact takes) over the region's pixels, so noise and filter do not move it. ``jnd`` is the 95th percentile
+    of ICtCp's Delta E_ITP over the region (1: just noticeable). ``z`` is the largest significance: |residual| in
+    units of its standard error (or of the tolerance when there is no noise). ``region`` is [x0, y0, x1, y1) in
+    pixels, y down.
     """
 
     kind: Literal["limitation", "convention", "bug"]

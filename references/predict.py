@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterable
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numba
 import numpy as np
@@ -21,9 +22,9 @@ CACHE_BYTES = 2 << 30  # the oldest envelopes go when the cache grows beyond thi
 
 
 def configured(scene: Scene, models: Iterable[Model]) -> tuple[Scene, Options]:
-    """The scene and the tracer's switches under ``models`` together; no model: the reference."""
+    """The scene and the tracer's switches under ``models``; none: the reference. A fault's switches win."""
     options: dict[str, object] = {}
-    for model in models:
+    for model in sorted(models, key=lambda each: each.kind == "fault"):
         scene = model.edit(scene)
         options.update(model.options)
     return scene.as_intended(), Options(**options)  # type: ignore[arg-type]
@@ -54,8 +55,8 @@ def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) 
 
 def _stored_form(envelope: Envelope) -> Envelope:
     """The envelope as the cache gives it back, so that a first run and a second one judge alike."""
-    arrays = envelope.arrays()
-    return Envelope(**{k: v.astype(np.float32) if v.dtype == np.float64 else v for k, v in arrays.items()})
+    floats: Any = {k: v.astype(np.float32) for k, v in envelope.arrays().items() if v.dtype == np.float64}
+    return replace(envelope, **floats)
 
 
 def _keep(path: Path, envelope: Envelope) -> None:

@@ -183,7 +183,7 @@ class Scene:
     def digest(self) -> str:
         """A hash of everything that can move a pixel: geometry, materials, lights, camera, size, texture contents.
 
-        Names and places of files do not enter, so a moved checkout keeps its cache.
+        Places of files do not enter, so a moved checkout keeps its cache.
         """
         state = hashlib.blake2b(digest_size=16)
         for part in (self.camera, self.width, self.height, self.objects, self.lights, self.materials, self.textures):

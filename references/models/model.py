@@ -19,7 +19,7 @@ def unchanged(scene: Scene) -> Scene:
     return scene
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Model:
     """A limitation, a convention or a fault, as it acts on one scene.
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import get_args
 
 import numpy as np
 
-from notabug.references.models.model import Model, edit_meshes
-from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.references.models.model import Edit, Model, edit_meshes
+from notabug.scenes_usd.scene import Floats, Mesh, Scene
 from notabug.scenes_usd.triangulate import Diagonal, split_ngons, triangulate
 
 _PAPER = "Woo, Pearce and Ouellette 1996, figures 10 and 11"
@@ -31,7 +31,7 @@ def models(scene: Scene) -> Iterator[Model]:
             cites=_PAPER,
             edit=lambda scene: replace(scene, intent=None),
         )
-    elif any(each.has_ngons for each in textured):
+    elif any(_bends(each) for each in textured):
         for each in get_args(Diagonal):
             yield Model(
                 name=f"quad_split_{each}",
@@ -61,14 +61,14 @@ def models(scene: Scene) -> Iterator[Model]:
         kind="fault",
         claim="v runs downwards",
         cites="USD: st (0, 0) is the bottom left corner of the picture",
-        edit=_uv(lambda uv, _: uv * [1.0, -1.0] + [0.0, 1.0]),
+        edit=_uv(lambda uv, _: uv * np.array([1.0, -1.0]) + np.array([0.0, 1.0])),
     )
     yield Model(
         name="shifted_uv",
         kind="fault",
         claim="uv are off by one texel in u",
         cites=_PAPER,
-        edit=_uv(lambda uv, width: uv + [1.0 / width, 0.0]),
+        edit=_uv(lambda uv, width: uv + np.array([1.0 / width, 0.0])),
     )
 
 
@@ -76,11 +76,27 @@ def _drawn(scene: Scene) -> list[Mesh]:
     return [*scene.meshes, *([scene.intent] if scene.intent else [])]
 
 
-def _splitter(diagonal: Diagonal):  # type: ignore[no-untyped-def]
+def _bends(mesh: Mesh) -> bool:
+    """Whether cutting the mesh's n-gons moves any uv: not where uv are affine, as on a rectangle."""
+    assert mesh.uv is not None
+    p, uv = mesh.points[mesh.corners], mesh.uv
+    start = 0
+    for count in mesh.counts:
+        if count > 3:
+            corners = slice(start, start + int(count))
+            plane = np.hstack([p[corners], np.ones((int(count), 1))])
+            fitted = plane @ np.linalg.lstsq(plane, uv[corners], rcond=None)[0]
+            if float(np.abs(fitted - uv[corners]).max()) > 1e-6:
+                return True
+        start += int(count)
+    return False
+
+
+def _splitter(diagonal: Diagonal) -> Edit:
     return lambda scene: edit_meshes(scene, lambda mesh: split_ngons(mesh, diagonal))
 
 
-def _uv(change):  # type: ignore[no-untyped-def]
+def _uv(change: Callable[[Floats, int], Floats]) -> Edit:
     """An edit of the uv of every textured mesh; ``change(uv, width of the texture)`` returns new uv."""
 
     def edit(scene: Scene) -> Scene:
@@ -109,5 +125,5 @@ def _diagonal_of(scene: Scene, intent: Mesh) -> Diagonal | None:
     return None
 
 
-def _corner_set(points: np.ndarray) -> set[frozenset[tuple[float, ...]]]:
+def _corner_set(points: Floats) -> set[frozenset[tuple[float, ...]]]:
     return {frozenset(tuple(float(x) for x in point) for point in triangle) for triangle in points}

@@ -14,13 +14,13 @@ STACK = 96  # nodes that a traversal may have to remember
 
 
 @kernel
-def _area(lo, hi):  # type: ignore[no-untyped-def]
+def _area(lo, hi):
     x, y, z = hi[0] - lo[0], hi[1] - lo[1], hi[2] - lo[2]
     return x * y + y * z + z * x
 
 
 @kernel
-def _build(lo, hi, order, bounds, child, count):  # type: ignore[no-untyped-def]
+def _build(lo, hi, order, bounds, child, count):
     """Fill ``bounds`` (2n, 6), ``child`` and ``count`` (2n,), permuting ``order``; returns the number of nodes.
 
     A node with count > 0 is a leaf of ``order[child : child + count]``; else its children are child and child + 1.
@@ -85,9 +85,8 @@ def _build(lo, hi, order, bounds, child, count):  # type: ignore[no-untyped-def]
                             best, axis, cut = cost, k, b
         leaf_cost = size * _area(nlo, nhi)
         if axis < 0 or (size <= LEAF and best + _area(nlo, nhi) >= leaf_cost):
-            if size <= LEAF or axis < 0:
-                child[node], count[node] = first, size
-                continue
+            child[node], count[node] = first, size
+            continue
         extent = chi[axis] - clo[axis]
         i, j = first, last - 1
         while i <= j and depth < DEPTH:

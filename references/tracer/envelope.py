@@ -22,8 +22,8 @@ Bools = npt.NDArray[np.bool_]
 class Options:
     """The tracer's switches; the defaults are the reference's conventions.
 
-    shadows : ``forgiving`` spares a smooth mesh the shadows of its own facets, ``facets`` does not, ``none`` casts none.
-    normals : interpolated normals are ``unit`` or left ``raw``, i.e. not normalised again.
+    shadows : ``forgiving`` spares a smooth mesh the shadows of its own facets, ``facets`` does not, ``none`` casts
+    none. normals : interpolated normals are ``unit`` or left ``raw``, i.e. not normalised again.
     silhouette : an interpolated normal that faces away from the viewer is kept, flipped, or painted black.
     affine : interpolate uv in screen space (n-gons must have been cut into triangles).
     """
@@ -54,7 +54,7 @@ class Envelope:
     point : (h, w, 3) the value at the pixel's centre.
     mean, variance : (h, w, 3) over the pixel's footprint; the variance is that of one random sample.
     lo, hi : (h, w, 3) smallest and largest value in the footprint.
-    ids : (h, w) what is seen at the centre: object and the lights that reach it.
+    ids : (h, w) what is seen at the centre: object and the lights that are blocked there.
     edge : (h, w) the id changes inside the pixel.
     spared, spared_point : (h, w) share of the footprint, and of the centre (0 or 1), whose light the facets of its own
         mesh would block.
@@ -99,7 +99,7 @@ def _pass(
     seed: int = 0,
     threads: int = 0,
 ) -> None:
-    """Render ``pixels`` with all threads; pixels are dealt out in strided chunks, so results do not depend on threads."""
+    """Render ``pixels`` with all threads; every pixel is computed alike whatever their number."""
     threads = threads or os.cpu_count() or 1
     option = options.encoded()
 
@@ -130,7 +130,7 @@ def _changes(ids: npt.NDArray[np.int64]) -> Bools:
 
 def trace_envelope(
     scene: Scene,
-    options: Options = Options(),  # noqa: B008 - frozen
+    options: Options = Options(),
     *,
     grid: int = 4,
     refine: int = 8,
@@ -172,18 +172,16 @@ def trace_envelope(
 
 def trace_picture(
     scene: Scene,
-    options: Options = Options(),  # noqa: B008 - frozen
+    options: Options = Options(),
     *,
     samples: int = 1,
     seed: int = 0,
     dtype: npt.DTypeLike = np.float64,
     threads: int = 0,
 ) -> Floats:
-    """A picture (h, w, 3) as a renderer would draw it: pixel centres for one sample, else box-filtered random samples."""
+    """A picture (h, w, 3) as a renderer draws it: pixel centres for one sample, else box-filtered random ones."""
     into = _Buffers(scene.height, scene.width)
     every = np.arange(scene.width * scene.height)
     grid = 1 if samples == 1 else 0
-    _pass(
-        flatten(scene, dtype), scene, options, every, into, grid=grid, samples=samples, seed=seed, threads=threads
-    )
+    _pass(flatten(scene, dtype), scene, options, every, into, grid=grid, samples=samples, seed=seed, threads=threads)
     return into.mean

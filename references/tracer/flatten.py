@@ -61,7 +61,7 @@ class Flat(NamedTuple):
 
     bounds: Array  # (nodes, 6)
     child: Array  # (nodes,)
-    count: Array  # (nodes,)
+    size: Array  # (nodes,) triangles of a leaf, 0 for an inner node
     points: Array  # (t, 9)
     face: Array  # (t,) face of the whole scene: rays leaving a face do not hit it again
     object: Array  # (t,) index into Scene.objects
@@ -74,7 +74,7 @@ class Flat(NamedTuple):
     texture: Array  # (m,) or -1
     light: Array  # (lights, 7): 0 point | 1 distant, position or direction, intensity
     camera: Array  # (14,): origin, x axis * tan_x, y axis * tan_y, -z axis, near, far
-    radius: float  # of the whole scene, for error bounds
+    radius: Any  # of the whole scene, a scalar of the arrays' precision, for error bounds
     quads: Quads | None
     textures: Textures | None
     spheres: Spheres | None
@@ -120,13 +120,13 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
             starts = np.concatenate([[0], np.cumsum(each.counts)[:-1]])
             for face in np.flatnonzero(each.counts == 4):
                 first = int(starts[face])
-                quads.append((each.points[each.corners[first : first + 4]], first + corner_base, face + face_base))
+                quads.append((each.points[each.corners[first : first + 4]], first + corner_base, int(face) + face_base))
         face_base += len(each.counts)
         corner_base += total
 
     points = np.concatenate([part.points for part in parts]) if parts else np.zeros((0, 3, 3))
     bounds, child, count, order = bvh.build(points.reshape(-1, 9))
-    face = _joined(faces, order, np.int32)
+    face_of = _joined(faces, order, np.int32)
 
     def real(array: Any) -> Array:
         return np.ascontiguousarray(array, dtype)
@@ -136,14 +136,16 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
         lo = np.nextafter(lo.astype(np.float32), np.float32(-np.inf))
         hi = np.nextafter(hi.astype(np.float32), np.float32(np.inf))
     materials = scene.materials
-    reach = [np.abs(points).max(initial=0.0)] + [np.abs(each.to_world[:3]).sum() * each.radius for each in scene.spheres]
+    reach = [np.abs(points).max(initial=0.0)] + [
+        np.abs(each.to_world[:3]).sum() * each.radius for each in scene.spheres
+    ]
     reach += [np.abs(each.to_world[3, :3]).max() for each in scene.spheres]
     return Flat(
         bounds=real(np.hstack([lo, hi])),
         child=child,
-        count=count,
+        size=count,
         points=real(points.reshape(-1, 9)[order]),
-        face=face,
+        face=face_of,
         object=_joined(objects, order, np.int32),
         corner=_joined(corners, order, np.int32).reshape(-1, 3),
         sagitta=real(np.concatenate(depths)[order] if depths else []),
@@ -155,7 +157,7 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
         light=real([_light(each) for each in scene.lights]).reshape(-1, 7),
         camera=real(_camera(scene)),
         radius=np.dtype(dtype).type(max(reach)),
-        quads=_quads(quads, face, real),
+        quads=_quads(quads, face_of, real),
         textures=_textures(scene, real),
         spheres=_spheres(scene, real),
         lobes=_lobes(scene, real),

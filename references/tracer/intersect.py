@@ -12,7 +12,7 @@ from notabug.references.tracer.jit import kernel
 
 
 @kernel
-def shear(dx, dy, dz):  # type: ignore[no-untyped-def]
+def shear(dx, dy, dz):
     """The shear that turns the direction (dx, dy, dz) into +z: (kx, ky, kz, sx, sy, sz).
 
     Woop, Benthin and Wald 2013, "Watertight Ray/Triangle Intersection", JCGT 2(1).
@@ -34,7 +34,7 @@ def shear(dx, dy, dz):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, p, i):  # type: ignore[no-untyped-def]
+def ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, p, i):
     """Intersect a ray with triangle ``i`` of ``p`` (n, 9): (t, b0, b1, b2), t = inf on a miss.
 
     The edge tests of two triangles that share an edge use the same products, so no ray passes between them. ``t`` is in
@@ -67,7 +67,7 @@ def ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, p, i):  # type: ignore[no-u
 
 
 @kernel
-def ray_sphere(ox, oy, oz, dx, dy, dz, radius):  # type: ignore[no-untyped-def]
+def ray_sphere(ox, oy, oz, dx, dy, dz, radius):
     """Both roots (near, far) of a ray against the sphere of ``radius`` about the origin; (inf, inf) on a miss.
 
     Haines, Guenther and Akenine-Moeller 2019, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems 7:
@@ -93,8 +93,8 @@ def ray_sphere(ox, oy, oz, dx, dy, dz, radius):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def inverse_bilinear(x, y, q, i):  # type: ignore[no-untyped-def]
-    """(s, t) in [0, 1]^2 with P = (1-s)(1-t) q0 + s (1-t) q1 + s t q2 + (1-s) t q3, for the convex quad ``q[i]`` (n, 8).
+def inverse_bilinear(x, y, q, i):
+    """(s, t) in [0, 1]^2 with P = (1-s)(1-t) q0 + s(1-t) q1 + st q2 + (1-s)t q3, for the convex quad ``q[i]`` (n, 8).
 
     The quadratic in t is solved by the root that does not cancel; where the quad is a parallelogram its leading
     coefficient vanishes and the same formula gives the linear root. Results are clamped to [0, 1].
@@ -122,8 +122,8 @@ def inverse_bilinear(x, y, q, i):  # type: ignore[no-untyped-def]
         t = -b / (two * a)
     t = min(max(t, zero), one)
     rx, ry = ex + gx * t, ey + gy * t
-    if abs(rx) >= abs(ry):
-        s = (hx - fx * t) / rx if rx != zero else zero
-    else:
-        s = (hy - fy * t) / ry
+    numerator, denominator = hx - fx * t, rx
+    if abs(rx) < abs(ry):
+        numerator, denominator = hy - fy * t, ry
+    s = numerator / denominator if denominator != zero else zero
     return min(max(s, zero), one), t

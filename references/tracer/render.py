@@ -18,7 +18,7 @@ PENDING = 16  # rays that may wait in the recursion's stack
 
 
 @kernel
-def _uniform(pixel, sample, seed, axis):  # type: ignore[no-untyped-def]
+def _uniform(pixel, sample, seed, axis):
     """A uniform number in [0, 1) from a counter (splitmix64; Steele, Lea and Flood 2014): the same on every machine."""
     z = np.uint64(pixel) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(sample) * np.uint64(0xD1B54A32D192ED03)
     z += np.uint64(seed) * np.uint64(0x8CB92BA72F3D8DD7) + np.uint64(axis) * np.uint64(0xABC98388FB8FAC03)
@@ -30,12 +30,10 @@ def _uniform(pixel, sample, seed, axis):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def radiance(  # type: ignore[no-untyped-def]
-    flat, quads, textures, spheres, lobes, secondary, option, ox, oy, oz, dx, dy, dz, near, far, stack, rays
-):
+def radiance(flat, quads, textures, spheres, lobes, secondary, option, ox, oy, oz, dx, dy, dz, near, far, stack, rays):
     """Radiance along a ray: (r, g, b, id, forgiven).
 
-    ``id`` tells apart what must not be mixed: the object, the lights that reach the point and, on flat facets, the
+    ``id`` tells apart what must not be mixed: the object, the lights that are blocked and, on flat facets, the
     normal; 0 is the background. ``forgiven`` is True where the first hit was spared facet self-shadow. ``stack`` and
     ``rays`` (PENDING, 12) are work space.
     """
@@ -58,7 +56,7 @@ def radiance(  # type: ignore[no-untyped-def]
         depth, skip, skip_sphere = int(rays[pending, 9]), int(rays[pending, 10]), int(rays[pending, 11])
         tmin = near if depth == 0 else type(dx)(32) * unit * (flat.radius + abs(ox) + abs(oy) + abs(oz))
         i, t, b0, b1, b2 = closest(
-            flat.bounds, flat.child, flat.count, flat.points, flat.face, ox, oy, oz, dx, dy, dz, tmin, far, skip, stack
+            flat.bounds, flat.child, flat.size, flat.points, flat.face, ox, oy, oz, dx, dy, dz, tmin, far, skip, stack
         )
         ball = -1
         if spheres is not None:
@@ -129,7 +127,7 @@ def radiance(  # type: ignore[no-untyped-def]
         if secondary is not None:
             opaque = secondary.coefficients[material, 0]
         sr, sg, sb = zero, zero, zero
-        lit = 0
+        blocked = 0
         forgiven_here = False
         start = type(dx)(32) * unit * (flat.radius + abs(x) + abs(y) + abs(z))
         for k in range(flat.light.shape[0] if painted else 0):
@@ -155,8 +153,10 @@ def radiance(  # type: ignore[no-untyped-def]
                 )  # fmt: skip
                 forgiven_here = forgiven_here or forgiven
             if share <= 0:
+                blocked |= 1 << k
                 continue
-            lit |= 1 << k
+            if lobes is not None:  # a highlight ends abruptly where N.L = 0; diffuse light does not
+                blocked |= 256 << k
             e = falloff * share * inverse_pi
             h = highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz)
             er, eg, eb = e * light[4], e * light[5], e * light[6]
@@ -170,9 +170,9 @@ def radiance(  # type: ignore[no-untyped-def]
         r += wr * opaque * sr
         g += wg * opaque * sg
         b += wb * opaque * sb
-        identity = identity * 31 + (owner + 1) + 4096 * lit
+        identity = identity * 31 + (owner + 1) + 4096 * blocked
         if sag < 0 and i >= 0:
-            identity += 65536 * (round(gx * 512) + 7 * round(gy * 512) + 49 * round(gz * 512))
+            identity += 67108864 * (round(gx * 512) + 7 * round(gy * 512) + 49 * round(gz * 512))
         if depth == 0:
             spared = forgiven_here
         if secondary is not None and depth < BOUNCES:
@@ -194,9 +194,7 @@ def radiance(  # type: ignore[no-untyped-def]
                     )  # fmt: skip
             if (mr > 0 or mg > 0 or mb > 0) and pending < PENDING:
                 leaves = ball if (gx * mx + gy * my + gz * mz) * side > 0 and side > 0 else -1
-                pending = _push(
-                    rays, pending, x, y, z, mx, my, mz, wr * mr, wg * mg, wb * mb, depth + 1, face, leaves
-                )
+                pending = _push(rays, pending, x, y, z, mx, my, mz, wr * mr, wg * mg, wb * mb, depth + 1, face, leaves)
             if opaque < 1 and pending < PENDING:
                 rest = one - opaque
                 pending = _push(
@@ -206,7 +204,7 @@ def radiance(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _push(rays, n, ox, oy, oz, dx, dy, dz, wr, wg, wb, depth, face, ball):  # type: ignore[no-untyped-def]
+def _push(rays, n, ox, oy, oz, dx, dy, dz, wr, wg, wb, depth, face, ball):
     ray = rays[n]
     ray[0], ray[1], ray[2], ray[3], ray[4], ray[5] = ox, oy, oz, dx, dy, dz
     ray[6], ray[7], ray[8], ray[9], ray[10], ray[11] = wr, wg, wb, depth, face, ball
@@ -214,12 +212,13 @@ def _push(rays, n, ox, oy, oz, dx, dy, dz, wr, wg, wb, depth, face, ball):  # ty
 
 
 @kernel
-def render_pixels(flat, option, width, height, pixels, grid, samples, seed, mean, variance, lo, hi, ids, mixed, spared):  # type: ignore[no-untyped-def]
+def render_pixels(flat, option, width, height, pixels, grid, samples, seed, mean, variance, lo, hi, ids, mixed, spared):
     """Render the pixels numbered y * width + x in ``pixels`` into the full-size arrays.
 
-    ``samples`` positions a pixel: a regular ``grid`` x ``grid`` (grid > 0), or uniformly random ones drawn from ``seed``.
-    Fills (h, w, 3) ``mean``, ``variance`` (of one sample), ``lo``, ``hi``; (h, w) ``ids`` of the first sample, ``mixed``
-    where ids differ within the pixel, ``spared`` the share of samples that were spared facet self-shadow.
+    ``samples`` positions a pixel: a regular ``grid`` x ``grid`` (grid > 0), or uniformly random ones drawn from
+    ``seed``. Fills (h, w, 3) ``mean``, ``variance`` (of one sample), ``lo``, ``hi``; (h, w) ``ids`` of the first
+    sample, ``mixed`` where ids differ within the pixel, ``spared`` the share of samples that were spared facet
+    self-shadow.
     """
     stack = np.empty(STACK, np.int32)
     rays = np.empty((PENDING, 12), flat.points.dtype)

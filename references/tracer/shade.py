@@ -9,7 +9,7 @@ from notabug.references.tracer.jit import kernel
 
 
 @kernel
-def corner_weights(flat, quads, i, b0, b1, b2, x, y, z):  # type: ignore[no-untyped-def]
+def corner_weights(flat, quads, i, b0, b1, b2, x, y, z):
     """Four corners and their weights at a hit: (c0, c1, c2, c3, w0, w1, w2, w3).
 
     A triangle's are its barycentric coordinates; a quad's follow from its inverse bilinear map at (x, y, z).
@@ -23,16 +23,14 @@ def corner_weights(flat, quads, i, b0, b1, b2, x, y, z):  # type: ignore[no-unty
         return c0, c1, c2, c2, b0, b1, b2, zero
     f = quads.frame[q]
     hx, hy, hz = x - f[0], y - f[1], z - f[2]
-    s, t = inverse_bilinear(
-        hx * f[3] + hy * f[4] + hz * f[5], hx * f[6] + hy * f[7] + hz * f[8], quads.plane, q
-    )
+    s, t = inverse_bilinear(hx * f[3] + hy * f[4] + hz * f[5], hx * f[6] + hy * f[7] + hz * f[8], quads.plane, q)
     one = type(b0)(1)
     k0, k1, k2, k3 = quads.corners[q]
     return k0, k1, k2, k3, (one - s) * (one - t), s * (one - t), s * t, (one - s) * t
 
 
 @kernel
-def screen_weights(flat, i, b0, b1, b2):  # type: ignore[no-untyped-def]
+def screen_weights(flat, i, b0, b1, b2):
     """The fault of affine interpolation: barycentric coordinates as they are on the screen.
 
     A vertex at depth z weighs b * z there (Heckbert 1989, section 2.3; Blinn 1992, "Hyperbolic Interpolation").
@@ -46,15 +44,15 @@ def screen_weights(flat, i, b0, b1, b2):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _wrapped(index, size, clamp):  # type: ignore[no-untyped-def]
+def _wrapped(index, size, clamp):
     if clamp:
         return min(max(index, 0), size - 1)
     return index % size
 
 
 @kernel
-def texel(textures, k, u, v):  # type: ignore[no-untyped-def]
-    """Bilinear lookup of texture ``k`` at (u, v); texel centres lie at half-integers, v = 0 is the bottom row's edge."""
+def texel(textures, k, u, v):
+    """Bilinear lookup of texture ``k`` at (u, v); texel centres lie at half-integers, v = 0 is the bottom edge."""
     first, width, height, wrap_s, wrap_t = textures.info[k]
     half, one = type(u)(0.5), type(u)(1)
     x = u * type(u)(width) - half
@@ -75,7 +73,7 @@ def texel(textures, k, u, v):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def albedo(flat, textures, material, u, v):  # type: ignore[no-untyped-def]
+def albedo(flat, textures, material, u, v):
     """The diffuse colour of ``material`` at (u, v)."""
     if textures is not None and flat.texture[material] >= 0:
         return texel(textures, flat.texture[material], u, v)
@@ -83,7 +81,7 @@ def albedo(flat, textures, material, u, v):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz):  # type: ignore[no-untyped-def]
+def highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz):
     """The lobe's value, without its colour: max(R.V, 0)^n (Phong 1975) or max(N.H, 0)^n (Blinn 1977); unit vectors."""
     zero = type(nx)(0)
     if lobes is None:

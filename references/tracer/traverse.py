@@ -12,7 +12,7 @@ from notabug.references.tracer.jit import kernel
 
 
 @kernel
-def _enter(bounds, node, ox, oy, oz, ix, iy, iz, tmin, tmax):  # type: ignore[no-untyped-def]
+def _enter(bounds, node, ox, oy, oz, ix, iy, iz, tmin, tmax):
     """Where a ray enters a box, or inf. Written so that 0 * inf, which is NaN, never loses a box."""
     x0, x1 = (bounds[node, 0] - ox) * ix, (bounds[node, 3] - ox) * ix
     y0, y1 = (bounds[node, 1] - oy) * iy, (bounds[node, 4] - oy) * iy
@@ -42,9 +42,7 @@ def _enter(bounds, node, ox, oy, oz, ix, iy, iz, tmin, tmax):  # type: ignore[no
 
 
 @kernel
-def closest(  # type: ignore[no-untyped-def]
-    bounds, child, count, points, face, ox, oy, oz, dx, dy, dz, tmin, tmax, skip, stack
-):
+def closest(bounds, child, count, points, face, ox, oy, oz, dx, dy, dz, tmin, tmax, skip, stack):
     """The nearest triangle with tmin < t < tmax whose face is not ``skip``: (triangle or -1, t, b0, b1, b2).
 
     Of two at exactly the same t the one that comes first in the scene wins.
@@ -88,7 +86,7 @@ def closest(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def closest_sphere(spheres, ox, oy, oz, dx, dy, dz, tmin, tmax, skip):  # type: ignore[no-untyped-def]
+def closest_sphere(spheres, ox, oy, oz, dx, dy, dz, tmin, tmax, skip):
     """The nearest analytic sphere: (sphere or -1, t). ``skip`` is left by the ray from outside and not hit again."""
     hit, best = -1, tmax
     for i in range(spheres.radius.size):
@@ -102,7 +100,7 @@ def closest_sphere(spheres, ox, oy, oz, dx, dy, dz, tmin, tmax, skip):  # type: 
 
 
 @kernel
-def sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz):  # type: ignore[no-untyped-def]
+def sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz):
     """Both roots of a world-space ray against sphere ``i``; an affine map keeps t."""
     m = spheres.to_local[i]
     return ray_sphere(
@@ -117,7 +115,7 @@ def sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz):  # type: ignore[no-untyped
 
 
 @kernel
-def let_through(secondary, material, one):  # type: ignore[no-untyped-def]
+def let_through(secondary, material, one):
     """1 - the opacity of ``material``; without secondary rays in the scene every surface is opaque."""
     if secondary is None:
         return one - one
@@ -125,7 +123,7 @@ def let_through(secondary, material, one):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):  # type: ignore[no-untyped-def]
+def excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):
     """Whether a shadow ray's hit on its own smooth mesh is facet self-shadow, not a real shadow.
 
     The ray must leave the body there (``side`` is -1 where the viewer sees the mesh from behind), and its chord of
@@ -150,8 +148,26 @@ def excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):  # type: ig
 
 
 @kernel
-def transmittance(  # type: ignore[no-untyped-def]
-    flat, spheres, secondary, ox, oy, oz, dx, dy, dz, tmin, tmax, face, sphere, owner, forgive, side, slope, depth, stack
+def transmittance(
+    flat,
+    spheres,
+    secondary,
+    ox,
+    oy,
+    oz,
+    dx,
+    dy,
+    dz,
+    tmin,
+    tmax,
+    face,
+    sphere,
+    owner,
+    forgive,
+    side,
+    slope,
+    depth,
+    stack,
 ):
     """The share of light that reaches (ox, oy, oz) along a unit direction, and whether facets of its own were forgiven.
 
@@ -162,7 +178,7 @@ def transmittance(  # type: ignore[no-untyped-def]
     one, zero = type(dx)(1), type(dx)(0)
     light = one
     forgiven = False
-    bounds, child, count, points = flat.bounds, flat.child, flat.count, flat.points
+    bounds, child, count, points = flat.bounds, flat.child, flat.size, flat.points
     if points.shape[0]:
         kx, ky, kz, sx, sy, sz = shear(dx, dy, dz)
         ix, iy, iz = one / dx, one / dy, one / dz
@@ -183,10 +199,10 @@ def transmittance(  # type: ignore[no-untyped-def]
             for i in range(first, first + n):
                 t, b0, b1, b2 = ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, points, i)
                 if t > tmin and t < tmax and flat.face[i] != face:
-                    if forgive and flat.object[i] == owner:
-                        if excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):
-                            forgiven = True
-                            continue
+                    own = forgive and flat.object[i] == owner
+                    if own and excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):
+                        forgiven = True
+                        continue
                     light *= let_through(secondary, flat.material[flat.object[i]], one)
                     if light <= zero:
                         return zero, False
@@ -204,15 +220,15 @@ def transmittance(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def trace(flat, origins, directions, hits, distances, barycentric):  # type: ignore[no-untyped-def]
-    """Closest triangles for many rays: (n, 3) origins and directions; fills (n,), (n,), (n, 3). For tests and benches."""
+def trace(flat, origins, directions, hits, distances, barycentric):
+    """Closest triangles for many rays, (n, 3) origins and directions; fills (n,), (n,), (n, 3)."""
     stack = np.empty(STACK, np.int32)
     zero, far = type(origins[0, 0])(0), type(origins[0, 0])(math.inf)
     for r in range(len(origins)):
         ox, oy, oz = origins[r, 0], origins[r, 1], origins[r, 2]
         dx, dy, dz = directions[r, 0], directions[r, 1], directions[r, 2]
         i, t, b0, b1, b2 = closest(
-            flat.bounds, flat.child, flat.count, flat.points, flat.face, ox, oy, oz, dx, dy, dz, zero, far, -1, stack
+            flat.bounds, flat.child, flat.size, flat.points, flat.face, ox, oy, oz, dx, dy, dz, zero, far, -1, stack
         )
         hits[r] = i
         distances[r] = t

@@ -1,0 +1,141 @@
+"""Step 8, first half: causes that act on the whole picture and need no model of the scene: flips, gain, shift ...
+
+Each is a change of the admissible set. The one after which the picture fits is the cause.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from notabug.metrics.admissible import Admissible
+from notabug.metrics.noise import Measured
+
+Floats = npt.NDArray[np.floating]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cause:
+    """A named change of the whole picture, and the admissible set under it."""
+
+    name: str
+    message: str
+    target: Admissible
+
+
+def changed(to: Admissible, change: Callable[[Floats], Floats]) -> Admissible:
+    """``to`` with ``change`` applied to each of its arrays; the edge mask goes through it as 0 and 1."""
+    edge = change(np.repeat(to.edge[..., None].astype(np.float64), 3, axis=2))[..., 0] > 0.01
+    tau = np.maximum(np.abs(change(to.tau)), to.tau.min())
+    return Admissible(change(to.value), change(to.lo), change(to.hi), tau, edge, to.share)
+
+
+def encoded(linear: Floats) -> Floats:
+    """The sRGB transfer function (IEC 61966-2-1) of linear values, clipped to [0, 1]."""
+    x = np.clip(linear, 0.0, 1.0)
+    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(x, 1 / 2.4) - 0.055)
+
+
+def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
+    """Every cause worth trying for this picture."""
+    mean = measured.mean
+    bright = max(float(to.value.max(initial=0.0)), 1e-30)
+    if float(np.abs(mean).max(initial=0.0)) < 1e-3 * bright:
+        yield Cause("black", "every pixel is black: no light, no object or no camera", changed(to, np.zeros_like))
+        return
+    yield Cause("upside_down", "the picture is upside down", changed(to, lambda a: a[::-1]))
+    yield Cause("mirrored", "the picture is mirrored left to right", changed(to, lambda a: a[:, ::-1]))
+    yield Cause("rotated", "the picture is rotated by 180 degrees", changed(to, lambda a: a[::-1, ::-1]))
+    yield Cause("channels_swapped", "red and blue are exchanged", changed(to, lambda a: a[..., ::-1]))
+    srgb = changed(to, encoded)
+    slack = np.maximum(srgb.tau, 0.008)
+    yield Cause(
+        "srgb_encoded",
+        "the picture looks sRGB-encoded, expected linear (write linear values or declare --encoding srgb)",
+        Admissible(srgb.value, srgb.lo, srgb.hi, slack, srgb.edge, srgb.share),
+    )
+    gain = _median_ratio(mean, to.value, bright)
+    if gain is not None:
+        yield Cause("light_gain", gain_message(gain), changed(to, lambda a: a * gain))
+    gamma = _gamma(mean, to.value, bright)
+    if gamma is not None:
+        yield Cause(
+            "gamma",
+            f"values are raised to the power {gamma:.3f}",
+            changed(to, lambda a: np.power(np.maximum(a, 0.0), gamma)),
+        )
+    for dx, dy in _shifts(mean, to.value):
+        yield Cause(
+            "pixel_shift",
+            f"the picture is shifted by ({dx:+.2f}, {dy:+.2f}) pixels (right, down)",
+            changed(to, lambda a, dx=dx, dy=dy: ndimage.shift(a, (dy, dx, 0), order=1, mode="nearest")),  # type: ignore[misc]
+        )
+    scale = _scale(mean, to.value)
+    if scale is not None:
+        yield Cause(
+            "field_of_view",
+            f"the picture is scaled by {scale:.4f} about its centre: the field of view or the aspect is wrong",
+            changed(to, lambda a: zoomed(a, scale)),
+        )
+
+
+def gain_message(gain: float) -> str:
+    """What a gain of the whole picture means in words."""
+    for value, why in ((math.pi, ": a 1/pi is missing"), (1 / math.pi, ": a 1/pi too many"), (4 * math.pi, ": 4 pi")):
+        if abs(gain / value - 1) < 0.01:
+            return f"gain {gain:.4f}{why}"
+    return f"gain {gain:.4f}: every value is multiplied by it"
+
+
+def zoomed(picture: Floats, scale: float) -> Floats:
+    """``picture`` (h, w, c) magnified by ``scale`` about its centre, bilinear, black outside."""
+    h, w = picture.shape[:2]
+    offset = [(h - 1) / 2 * (1 - 1 / scale), (w - 1) / 2 * (1 - 1 / scale), 0.0]
+    return np.asarray(ndimage.affine_transform(picture, [1 / scale, 1 / scale, 1.0], offset, order=1, mode="constant"))
+
+
+def _median_ratio(mean: Floats, value: Floats, bright: float) -> float | None:
+    at = value > 0.05 * bright
+    if at.sum() < 64:
+        return None
+    gain = float(np.median(mean[at] / value[at]))
+    return gain if gain > 0 and abs(gain - 1) > 1e-3 else None
+
+
+def _gamma(mean: Floats, value: Floats, bright: float) -> float | None:
+    at = (value > 0.02 * bright) & (value < 0.98) & (mean > 1e-4) & (mean < 0.98)
+    if at.sum() < 64:
+        return None
+    gamma = float(np.median(np.log(mean[at]) / np.log(value[at])))
+    return gamma if 0.2 < gamma < 5 and abs(gamma - 1) > 0.01 else None
+
+
+def _shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
+    from skimage.registration import phase_cross_correlation
+
+    a, b = value.sum(axis=2), mean.sum(axis=2)
+    if np.ptp(a) == 0 or np.ptp(b) == 0:
+        return
+    for upsample in (1, 20):
+        move, _, _ = phase_cross_correlation(b, a, upsample_factor=upsample, normalization=None)
+        if 0.05 < max(abs(move)) < 0.25 * min(a.shape):
+            yield float(move[1]), float(move[0])
+
+
+def _scale(mean: Floats, value: Floats) -> float | None:
+    """The magnification about the centre that fits best, by a search on quarter-size pictures and a refinement."""
+    a, b = (each.sum(axis=2, keepdims=True) for each in (value, mean))
+
+    def misfit(scale: float, step: int) -> float:
+        return float(np.abs(zoomed(a, scale)[::step, ::step] - b[::step, ::step]).mean())
+
+    coarse = np.geomspace(0.5, 2.0, 57)
+    best = float(coarse[int(np.argmin([misfit(each, 4) for each in coarse]))])
+    fine = best * np.linspace(0.985, 1.015, 31)
+    best = float(fine[int(np.argmin([misfit(each, 2) for each in fine]))])
+    return best if abs(best - 1) > 0.003 else None

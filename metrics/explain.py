@@ -1,0 +1,151 @@
+"""Step 6: the smallest set of limitations that explains a picture; what remains is the bug leg.
+
+A set's ``choice`` models (and conventions) replace the reference. Its ``partial`` models then open, at each pixel of
+their support, the segment from there to their own picture: V = B - R, alpha = clip(<I - R, V> / |V|^2, 0, 1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.adapters.base import Declaration
+from notabug.metrics.admissible import Admissible, Bools, residual
+from notabug.metrics.noise import Measured
+from notabug.metrics.nuisance import Nuisance, nuisance
+from notabug.metrics.significance import Significance, significance
+from notabug.references.models.model import Model
+
+Floats = npt.NDArray[np.floating]
+Predict = Callable[[tuple[Model, ...]], Admissible]
+"""What a set of models admits, for one scene and one renderer's declaration."""
+
+MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
+LARGEST_SET = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explanation:
+    """How far a set of models explains a picture.
+
+    ``target`` is the admissible set, with the segments' alphas put in; ``nearest`` the admissible picture nearest to
+    the measured one, equal to it where it is admissible within tolerance and noise. ``alphas`` maps each limitation
+    to its share (h, w). ``freedom`` is the sum over the supports of the segments' lengths, per pixel of the picture.
+    """
+
+    models: tuple[Model, ...]
+    target: Admissible
+    nearest: Floats
+    alphas: dict[str, Floats]
+    freedom: float
+    significance: Significance
+    nuisance: Nuisance  # fitted only where nothing else is wrong
+
+    @property
+    def triggers(self) -> tuple[str, ...]:
+        found = list(self.significance.triggers)
+        if self.nuisance.gained:
+            found.append("gain")
+        if self.nuisance.shifted:
+            found.append("shift")
+        return tuple(found)
+
+
+def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: tuple[Model, ...] = ()) -> Explanation:
+    """Explain ``measured`` by all of ``models`` on top of ``fixed`` (a fault under test)."""
+    chosen = fixed + tuple(each for each in models if each.rule == "choice")
+    target = predict(chosen)
+    alphas: dict[str, Floats] = {
+        each.name: support(predict(fixed), predict((*fixed, each))).astype(np.float64)
+        for each in models
+        if each.rule == "choice"
+    }
+    freedom = 0.0
+    excluded = np.zeros(measured.mean.shape[:2], np.bool_)
+    for each in models:
+        if each.rule == "partial":
+            target, alpha, within, length = _segment(measured, target, predict((*chosen, each)))
+            alphas[each.name] = alpha
+            excluded |= within
+            freedom += length
+    r = residual(measured.mean, target)
+    found = significance(r, measured, target)
+    nearest = np.where(found.pixels[..., None], np.clip(measured.mean, target.lo, target.hi), measured.mean)
+    global_fit = Nuisance() if found.triggers else nuisance(measured, target, excluded)
+    return Explanation(models, target, nearest, alphas, freedom, found, global_fit)
+
+
+def support(bare: Admissible, other: Admissible) -> Bools:
+    """Where (h, w) two admissible sets differ by more than the tolerance."""
+    return np.asarray((np.abs(other.value - bare.value) > np.maximum(bare.tau, other.tau)).any(axis=2))
+
+
+def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+    """The admissible set between ``base`` and ``limited``: (set, alpha (h, w), support (h, w), freedom)."""
+    v = limited.value - base.value
+    within = support(base, limited)
+    square = np.maximum((v * v).sum(axis=2), 1e-30)
+    alpha = np.clip(((measured.mean - base.value) * v).sum(axis=2) / square, 0.0, 1.0) * within
+    value = base.value + alpha[..., None] * v
+    edge = base.edge | limited.edge
+    at = edge[..., None]
+    target = Admissible(
+        value=value,
+        lo=np.where(at, np.minimum(base.lo, limited.lo), value),
+        hi=np.where(at, np.maximum(base.hi, limited.hi), value),
+        tau=np.where(within[..., None], np.maximum(base.tau, limited.tau), base.tau),
+        edge=edge,
+        share=base.share,
+    )
+    significant = within & (np.abs(measured.mean - base.value) > base.tau).any(axis=2)
+    if significant.any() and float(alpha[significant].mean()) < MEAN_ALPHA:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    # a pixel's alpha counts by the share of its footprint that the artifact can take, so no filter moves the area
+    area = alpha * base.share
+    return target, area, within, float(np.sqrt(square[within]).sum() / within.size)
+
+
+def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:
+    """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other."""
+    for size in range(min(LARGEST_SET, len(models)) + 1):
+        for chosen in combinations(models, size):
+            features = [each.when[0] for each in chosen if each.when]
+            if len(set(features)) == len(features):
+                yield chosen
+
+
+def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, ...]:
+    """The limitations and conventions that ``declaration`` leaves open; ``unknown`` features leave all open."""
+    return tuple(
+        each
+        for each in models
+        if each.kind != "fault"
+        and (each.when is None or getattr(declaration, each.when[0]) in (each.when[1], "unknown"))
+    )
+
+
+def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Explanation:
+    """The smallest set without a trigger; if there is none, the set that leaves the shortest bug leg."""
+    best = fit(measured, (), predict)
+    if not best.triggers:
+        return best
+    useful = [each for each in models if _helps(best, each, predict)]
+    for chosen in candidates(useful):
+        if not chosen:
+            continue
+        found = fit(measured, chosen, predict)
+        if not found.triggers:
+            return found
+        if found.significance.excess < 0.9 * best.significance.excess:
+            best = found
+    return best
+
+
+def _helps(bare: Explanation, model: Model, predict: Predict) -> bool:
+    """Whether ``model`` moves any pixel that needs explaining."""
+    moved = support(bare.target, predict((model,)))
+    return bool((moved & bare.significance.pixels).any()) or not bare.significance.pixels.any()
