@@ -5,12 +5,11 @@
 PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3 python; do \
 	"$$each" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v "$$each"; break; }; done)
 BIN := .venv/bin
-ARGS ?=
 
 .PHONY: help setup renderers run test lint format bench clean
 
 help:
-	@echo "make run    set up, render every scene with every renderer found, judge (ARGS='SCENE -r RENDERER ...')"
+	@echo "make run    set up, render all scenes and variants, judge (ARGS='SCENE -r RENDERER ...' for some)"
 	@echo "make test   set up, run the tests (ARGS='-k name')"
 	@echo "make lint   set up, check format, style and types"
 	@echo "make bench  set up, measure the judge on labelled pictures"
@@ -29,7 +28,7 @@ renderers: .venv/installed
 	@test -e .venv/renderers || { .ci/renderers && touch .venv/renderers; } || true
 
 run: setup
-	$(BIN)/notabug run $(ARGS)
+	$(BIN)/notabug run $(or $(ARGS),--variants all)
 
 test: setup
 	$(BIN)/pytest -n auto $(ARGS)

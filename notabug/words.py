@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 
+from notabug.metrics.verdict import Finding
 from notabug.record import Result
 
 STYLE: dict[str, str] = {
@@ -41,12 +42,20 @@ def finding_names(result: Result) -> str:
     return ", ".join(dict.fromkeys(readable(each.name) for each in result.verdict.findings))
 
 
+def decisive(result: Result) -> tuple[Finding, ...]:
+    """The findings that made the verdict: the bugs of a bug, the limitations of a limitation, else all."""
+    findings = result.verdict.findings
+    return tuple(each for each in findings if each.kind == result.verdict.word) or findings
+
+
 def area(result: Result) -> float:
-    return sum(each.area_px for each in result.verdict.findings)
+    """The area of the decisive findings in pixels."""
+    return sum(each.area_px for each in decisive(result))
 
 
 def strongest(result: Result) -> float:
-    return max((each.jnd for each in result.verdict.findings), default=0.0)
+    """The largest jnd among the decisive findings."""
+    return max((each.jnd for each in decisive(result)), default=0.0)
 
 
 def tally(words: Iterable[str]) -> str:
