@@ -10,6 +10,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from notabug.adapters.base import Declaration
+from notabug.metrics.channels import largest
 from notabug.references.tracer.envelope import Envelope
 
 Floats = npt.NDArray[np.floating]
@@ -42,19 +43,30 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
     value = envelope.point if point else envelope.mean
     reach = math.ceil(declaration.radius)
     edge = edges(envelope, reach)
-    size = (2 * reach + 1, 2 * reach + 1, 1)
-    lo = ndimage.minimum_filter(envelope.lo, size=size) if reach else envelope.lo
-    hi = ndimage.maximum_filter(envelope.hi, size=size) if reach else envelope.hi
+    lo, hi = envelope.lo, envelope.hi
+    for _ in range(reach):
+        lo, hi = _neighbourhood(lo, np.minimum), _neighbourhood(hi, np.maximum)
     at = edge[..., None]
     tau = tolerance * np.abs(value) + ABSOLUTE * float(value.max(initial=0.0))
     tau += LSB * declaration.quantum * (np.abs(value) if declaration.relative_quantum else 1.0)
     if not point:  # 16 regular subsamples give the mean of a bilinear texture's footprint to this share of its range
         tau += 0.02 * (envelope.hi - envelope.lo)
     if declaration.filter not in ("point", "box"):
-        bend = ndimage.maximum_filter(np.abs(laplacian(value)).max(axis=2), size=3)
+        bend = ndimage.maximum_filter(largest(np.abs(laplacian(value))), size=3)
         tau += 0.15 * np.where(edge, 0.0, bend)[..., None]
     share = envelope.spared_point if point else envelope.spared
     return Admissible(value, np.where(at, lo, value), np.where(at, hi, value), tau, edge, share)
+
+
+def _neighbourhood(values: Floats, extreme: np.ufunc) -> Floats:
+    """The extreme of each 3 x 3 neighbourhood; four passes of numpy's are five times faster than ndimage's filter."""
+    for axis in (0, 1):
+        first, last = (slice(None),) * axis + (slice(1, None),), (slice(None),) * axis + (slice(None, -1),)
+        result = values.copy()
+        result[first] = extreme(result[first], values[last])
+        result[last] = extreme(result[last], values[first])
+        values = result
+    return values
 
 
 def edges(envelope: Envelope, reach: int) -> Bools:
@@ -73,10 +85,10 @@ def edges(envelope: Envelope, reach: int) -> Bools:
 
 def residual(mean: Floats, to: Admissible) -> Floats:
     """The signed distance (h, w, 3) of ``mean`` from the interval [lo, hi]; inside it 0."""
-    return mean - np.clip(mean, to.lo, to.hi)
+    return mean - np.minimum(np.maximum(mean, to.lo), to.hi)
 
 
 def laplacian(value: Floats) -> Floats:
-    """The five-point Laplacian of each channel of (h, w, 3)."""
+    """The five-point Laplacian of (h, w) or of each channel of (h, w, 3)."""
     across = ndimage.correlate1d(value, [1.0, -2.0, 1.0], axis=1, mode="nearest")
     return np.asarray(across + ndimage.correlate1d(value, [1.0, -2.0, 1.0], axis=0, mode="nearest"))

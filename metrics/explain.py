@@ -7,7 +7,7 @@ their support, the segment from there to their own picture: V = B - R, alpha = c
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import Admissible, Bools, residual
+from notabug.metrics.channels import largest, total
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import Nuisance, nuisance
 from notabug.metrics.significance import Significance, significance
@@ -44,6 +45,7 @@ class Explanation:
     freedom: float
     significance: Significance
     nuisance: Nuisance  # fitted only where nothing else is wrong
+    before: Floats  # (h, w) z of the picture against the reference alone
 
     @property
     def triggers(self) -> tuple[str, ...]:
@@ -76,20 +78,20 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
     found = significance(r, measured, target)
     nearest = np.where(found.pixels[..., None], np.clip(measured.mean, target.lo, target.hi), measured.mean)
     global_fit = Nuisance() if found.triggers else nuisance(measured, target, excluded)
-    return Explanation(models, target, nearest, alphas, freedom, found, global_fit)
+    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z)
 
 
 def support(bare: Admissible, other: Admissible) -> Bools:
     """Where (h, w) two admissible sets differ by more than the tolerance."""
-    return np.asarray((np.abs(other.value - bare.value) > np.maximum(bare.tau, other.tau)).any(axis=2))
+    return np.asarray(largest(np.abs(other.value - bare.value) - np.maximum(bare.tau, other.tau)) > 0)
 
 
 def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple[Admissible, Floats, Bools, float]:
     """The admissible set between ``base`` and ``limited``: (set, alpha (h, w), support (h, w), freedom)."""
     v = limited.value - base.value
     within = support(base, limited)
-    square = np.maximum((v * v).sum(axis=2), 1e-30)
-    alpha = np.clip(((measured.mean - base.value) * v).sum(axis=2) / square, 0.0, 1.0) * within
+    square = np.maximum(total(v * v), 1e-30)
+    alpha = np.clip(total((measured.mean - base.value) * v) / square, 0.0, 1.0) * within
     value = base.value + alpha[..., None] * v
     edge = base.edge | limited.edge
     at = edge[..., None]
@@ -101,7 +103,7 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple
         edge=edge,
         share=base.share,
     )
-    significant = within & (np.abs(measured.mean - base.value) > base.tau).any(axis=2)
+    significant = within & (largest(np.abs(measured.mean - base.value) - base.tau) > 0)
     if significant.any() and float(alpha[significant].mean()) < MEAN_ALPHA:
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     # a pixel's alpha counts by the share of its footprint that the artifact can take, so no filter moves the area
@@ -130,19 +132,19 @@ def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, 
 
 def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Explanation:
     """The smallest set without a trigger; if there is none, the set that leaves the shortest bug leg."""
-    best = fit(measured, (), predict)
-    if not best.triggers:
-        return best
-    useful = [each for each in models if _helps(best, each, predict)]
+    bare = best = fit(measured, (), predict)
+    if not bare.triggers:
+        return bare
+    useful = [each for each in models if _helps(bare, each, predict)]
     for chosen in candidates(useful):
         if not chosen:
             continue
         found = fit(measured, chosen, predict)
         if not found.triggers:
-            return found
+            return replace(found, before=bare.significance.z)
         if found.significance.excess < 0.9 * best.significance.excess:
             best = found
-    return best
+    return replace(best, before=bare.significance.z)
 
 
 def _helps(bare: Explanation, model: Model, predict: Predict) -> bool:

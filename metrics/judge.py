@@ -12,12 +12,12 @@ from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics import perceive as eye
-from notabug.metrics.admissible import RELATIVE, Admissible, Bools, admissible, residual
+from notabug.metrics.admissible import RELATIVE, Admissible, Bools, admissible
 from notabug.metrics.causes import gain_message
+from notabug.metrics.channels import largest, total
 from notabug.metrics.explain import Explanation, admitted, explain
 from notabug.metrics.naming import Name, Others, name_bug
 from notabug.metrics.noise import TILE, Measured, measure
-from notabug.metrics.significance import significance
 from notabug.metrics.valid import box, invalid
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.model import Model, models
@@ -89,9 +89,9 @@ def judge(
             measured, found, [each for each in known if each.kind == "fault"], open_to, predicted, others
         )
         bug = _bug(name, found)
-        word, findings, message = "bug", (bug, *_limitations(measured, found, reference)), bug.message
+        word, findings, message = "bug", (bug, *_limitations(found)), bug.message
     else:
-        findings = _limitations(measured, found, reference)
+        findings = _limitations(found)
         word = "limitation" if any(each.kind == "limitation" for each in findings) else "pass"
         message = "; ".join(each.message for each in findings)
     judgement = Judgement(
@@ -134,9 +134,9 @@ def _hesitation(measured: Measured, found: Explanation, declaration: Declaration
 
 def _looks_noisy(measured: Measured, found: Explanation) -> bool:
     """A residual that changes sign from pixel to pixel all over the smooth parts is noise, not a fault."""
-    r = (measured.mean - found.target.value).mean(axis=2)
+    r = total(measured.mean - found.target.value) / 3.0
     smooth = ~ndimage.binary_dilation(found.target.edge)
-    bright = smooth & (found.target.value.max(axis=2) > 0)
+    bright = smooth & (largest(found.target.value) > 0)
     if bright.sum() < 256 or float((found.significance.pixels & bright).sum()) < 0.05 * bright.sum():
         return False
     centred = np.where(bright, r - r[bright].mean(), 0.0)
@@ -165,15 +165,14 @@ def _bug(name: Name, found: Explanation) -> Finding:
     return Finding("bug", name.name, float(wrong.sum()), box(wrong), z=z, message=name.message, regions=regions(wrong))
 
 
-def _limitations(measured: Measured, found: Explanation, reference: Admissible) -> tuple[Finding, ...]:
+def _limitations(found: Explanation) -> tuple[Finding, ...]:
     made = []
-    z = significance(residual(measured.mean, reference), measured, reference).z
     for each in found.models:
         alpha = found.alphas[each.name]
         mask = alpha > 0
         if mask.any():
             kind: Literal["limitation", "convention"] = "convention" if each.kind == "convention" else "limitation"
-            area, strength = float(alpha.sum()), float(z[mask].max())
+            area, strength = float(alpha.sum()), float(found.before[mask].max())
             made.append(
                 Finding(kind, each.name, area, box(mask), z=strength, message=each.claim, regions=regions(mask))
             )

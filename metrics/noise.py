@@ -43,12 +43,12 @@ def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured
     Variances are pooled over 5 x 5 pixels, which gives 12.5 (K - 1) degrees of freedom: few seeds often agree exactly
     by chance, and an unpooled variance would then make any residual significant. All-equal pictures count as one.
     """
-    stack = np.stack([np.asarray(each, np.float64) for each in pictures])
-    mean = stack.mean(axis=0)
+    stack = np.stack([np.asarray(each, np.float32) for each in pictures])
+    mean = stack.mean(axis=0, dtype=np.float64).astype(np.float32)
     seeds = len(stack)
     if seeds == 1 or not np.ptp(stack, axis=0).any():
         return Measured(mean, np.zeros_like(mean), np.inf, 1.0, 1)
-    own = stack.var(axis=0, ddof=1) / seeds
+    own = (stack - mean).var(axis=0, ddof=1) / seeds
     pooled = ndimage.uniform_filter(own, size=(5, 5, 1), mode="nearest")
     variance = np.where(edge[..., None], np.maximum(pooled, own), pooled)
     count = tiles(np.ones(mean.shape[:2]))[..., None]

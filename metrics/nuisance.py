@@ -9,6 +9,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from notabug.metrics.admissible import Admissible, laplacian
+from notabug.metrics.channels import total
 from notabug.metrics.noise import Measured
 
 Bools = npt.NDArray[np.bool_]
@@ -16,6 +17,7 @@ Bools = npt.NDArray[np.bool_]
 GAIN = 0.004  # a gain within this of 1, plus three standard errors, is none
 SHIFT = 0.2  # pixels; aliased edges fake up to 0.13
 _MIN_PIXELS = 64
+_ENOUGH = 20_000  # values that fix a gain far better than its tolerance
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,15 +50,15 @@ def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
 
 
 def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, float]:
-    x, y = to.value[smooth].ravel(), measured.mean[smooth].ravel()
-    bright = x > 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)
-    x, y = x[bright], y[bright]
-    if x.size < _MIN_PIXELS:
+    bright = np.flatnonzero(smooth[..., None] & (to.value > 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)))
+    if bright.size < _MIN_PIXELS:
         return 1.0, 0.0
+    bright = bright[:: max(1, bright.size // _ENOUGH)]
+    x, y, variance = (each.ravel()[bright].astype(np.float64) for each in (to.value, measured.mean, measured.variance))
     ratio = y / x
     gain = float(np.median(ratio))
     spread = 1.4826 * float(np.median(np.abs(ratio - gain)))
-    noise = np.sqrt(measured.variance[smooth].ravel()[bright]) / x
+    noise = np.sqrt(variance) / x
     scale = np.maximum(np.maximum(spread, 1e-4), noise)
     for _ in range(5):
         u = (ratio - gain) / (4.685 * scale)
@@ -73,15 +75,15 @@ def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, flo
 
 
 def _shift(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> tuple[tuple[float, float], float]:
-    dx = ndimage.correlate1d(to.value, [-0.5, 0.0, 0.5], axis=1, mode="nearest")
-    dy = ndimage.correlate1d(to.value, [-0.5, 0.0, 0.5], axis=0, mode="nearest")
-    strong = np.abs(dx) + np.abs(dy)
-    at = (strong.max(axis=2) > 0.05 * float(to.value.max(initial=0.0))) & ~excluded
+    value, mean = total(to.value), total(measured.mean)
+    dx = ndimage.correlate1d(value, [-0.5, 0.0, 0.5], axis=1, mode="nearest")
+    dy = ndimage.correlate1d(value, [-0.5, 0.0, 0.5], axis=0, mode="nearest")
+    at = (np.abs(dx) + np.abs(dy) > 0.05 * float(value.max(initial=0.0))) & ~excluded
     if at.sum() < _MIN_PIXELS:
         return (0.0, 0.0), 0.0
     # a picture moved by (sx, sy) is R - sx dR/dx - sy dR/dy; the Laplacian takes up a benign blur
-    a = np.stack([-dx[at].ravel(), -dy[at].ravel(), laplacian(to.value)[at].ravel()], axis=1)
-    b = (measured.mean[at] - gain * to.value[at]).ravel()
+    a = np.stack([-dx[at], -dy[at], laplacian(value)[at]], axis=1).astype(np.float64)
+    b = (mean[at] - gain * value[at]).astype(np.float64)
     weight = np.ones_like(b)
     fit = np.zeros(3)
     for _ in range(6):

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from scipy import ndimage, special
 
 from notabug.metrics.admissible import Admissible, Bools
+from notabug.metrics.channels import largest
 from notabug.metrics.noise import TILE, Measured, tiles
 
 Floats = npt.NDArray[np.floating]
@@ -53,13 +54,14 @@ def discoveries(p: Floats, rate: float = RATE) -> Bools:
 def significance(residual: Floats, measured: Measured, to: Admissible) -> Significance:
     """Test the residual (h, w, 3) pixel by pixel and tile by tile."""
     beyond = np.maximum(np.abs(residual) - to.tau, 0.0)
+    excess = largest(beyond)
     if not measured.noisy:
-        z = (np.abs(residual) / to.tau).max(axis=2)
-        pixels = beyond.max(axis=2) > 0
+        z = largest(np.abs(residual) / to.tau)
+        pixels = excess > 0
         tile = np.zeros(1, np.bool_)
     else:
         error = np.maximum(np.sqrt(measured.variance), FLOOR * to.tau)
-        z = (beyond / error).max(axis=2)
+        z = largest(beyond / error)
         p = np.minimum(1.0, CHANNELS * special.stdtr(measured.freedom, -z))
         pixels = discoveries(p) & (z > 0)
         tile = _tiles(residual, measured, to)
@@ -67,7 +69,7 @@ def significance(residual: Floats, measured: Measured, to: Admissible) -> Signif
     away = int((pixels & ~near).sum())
     if measured.noisy and away <= 2:  # what the false discovery rate lets through
         away = 0
-    return Significance(pixels, tile, z, float((beyond.max(axis=2) * pixels).sum()), away)
+    return Significance(pixels, tile, z, float(excess[pixels].sum()), away)
 
 
 def _tiles(residual: Floats, measured: Measured, to: Admissible) -> Bools:
@@ -79,5 +81,5 @@ def _tiles(residual: Floats, measured: Measured, to: Admissible) -> Bools:
     error = np.sqrt(measured.kappa * tiles(measured.variance, smooth)) / count
     z = np.maximum(mean - tau, 0.0) / np.maximum(error, FLOOR * np.maximum(tau, 1e-30))
     enough = tiles(smooth.astype(float))[..., 0] >= TILE
-    p = np.minimum(1.0, CHANNELS * special.ndtr(-z.max(axis=2)))
-    return np.asarray(discoveries(np.where(enough, p, 1.0)) & (z.max(axis=2) > 0))
+    p = np.minimum(1.0, CHANNELS * special.ndtr(-largest(z)))
+    return np.asarray(discoveries(np.where(enough, p, 1.0)) & (largest(z) > 0))

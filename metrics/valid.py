@@ -28,8 +28,8 @@ def invalid(pictures: Sequence[npt.NDArray[np.floating]], height: int, width: in
                 (0, 0, w, h),
                 message=f"the picture is {w} x {h}, expected {width} x {height}{_scale(w / width, h / height)}",
             )
-        finite = np.isfinite(picture).all(axis=2)
-        if not finite.all():
+        if not np.isfinite(picture).all():
+            finite = np.isfinite(picture).all(axis=2)
             count = int((~finite).sum())
             y, x = (int(v) for v in np.argwhere(~finite)[0])
             return Finding(
@@ -40,8 +40,8 @@ def invalid(pictures: Sequence[npt.NDArray[np.floating]], height: int, width: in
                 z=float("inf"),
                 message=f"{count} of {h * w} pixels are NaN or infinite, the first at ({x}, {y})",
             )
-        negative = picture.min(axis=2) < NEGATIVE
-        if negative.any():
+        if picture.min() < NEGATIVE:
+            negative = picture.min(axis=2) < NEGATIVE
             return Finding(
                 "bug",
                 "negative",

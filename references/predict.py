@@ -40,12 +40,12 @@ def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) 
     key = hashlib.blake2b(digest_size=16)
     for part in (configured_scene.digest(), repr(options), SOURCE_HASH, numba.__version__, np.__version__):
         key.update(part.encode())
-    path = cache_root() / "envelopes" / f"{key.hexdigest()}.npz"
+    path = cache_root() / "envelopes" / f"{key.hexdigest()}.npy"
     if cached and path.is_file():
         try:
-            with np.load(path) as stored:
-                return Envelope(**{each.name: stored[each.name] for each in fields(Envelope)})
-        except (OSError, ValueError, KeyError):  # a damaged file: compute again
+            with path.open("rb") as stored:  # plain arrays one after the other: a zip would check their sums again
+                return Envelope(**{each.name: np.load(stored) for each in fields(Envelope)})
+        except (OSError, ValueError, EOFError):  # a damaged file: compute again
             path.unlink(missing_ok=True)
     envelope = _stored_form(trace_envelope(configured_scene, options))
     if cached:
@@ -61,14 +61,16 @@ def _stored_form(envelope: Envelope) -> Envelope:
 
 def _keep(path: Path, envelope: Envelope) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.npz")
+    partial = path.with_name(f".{path.stem}.{os.getpid()}.npy")
     try:
-        np.savez(partial, **envelope.arrays())  # type: ignore[arg-type]
+        with partial.open("wb") as stored:
+            for array in envelope.arrays().values():
+                np.save(stored, array)
         partial.replace(path)
     except OSError:  # a full disk costs time, not a verdict
         partial.unlink(missing_ok=True)
         return
-    kept = sorted(path.parent.glob("*.npz"), key=lambda each: each.stat().st_mtime)
+    kept = sorted(path.parent.glob("*.npy"), key=lambda each: each.stat().st_mtime)
     total = sum(each.stat().st_size for each in kept)
     for each in kept:
         if total <= CACHE_BYTES:
