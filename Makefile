@@ -12,7 +12,7 @@ help:
 	@echo "make run    set up, render all scenes and variants, judge (ARGS='SCENE -r RENDERER ...' for some)"
 	@echo "make test   set up, run the tests (ARGS='-k name')"
 	@echo "make lint   set up, check format, style and types"
-	@echo "make bench  set up, measure the judge on labelled pictures"
+	@echo "make bench  set up, measure speed: tracer against Embree, envelope, verdict, start"
 	@echo "make setup  only the set-up; make clean removes it"
 
 setup: .venv/installed renderers
@@ -43,7 +43,7 @@ format: .venv/installed
 	$(BIN)/ruff check --fix .
 
 bench: setup
-	$(BIN)/notabug bench verdict $(ARGS)
+	$(BIN)/notabug bench $(or $(ARGS),speed)
 
 clean:
 	rm -rf .venv notabug-out build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

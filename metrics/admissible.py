@@ -43,7 +43,8 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
     value = envelope.point if point else envelope.mean
     reach = math.ceil(declaration.radius)
     edge = edges(envelope, reach)
-    lo, hi = envelope.lo, envelope.hi
+    lo: Floats = envelope.lo
+    hi: Floats = envelope.hi
     for _ in range(reach):
         lo, hi = _neighbourhood(lo, np.minimum), _neighbourhood(hi, np.maximum)
     at = edge[..., None]

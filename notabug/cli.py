@@ -66,6 +66,12 @@ class Topic(StrEnum):
     variants = "variants"
 
 
+class Bench(StrEnum):
+    """What ``notabug bench`` measures."""
+
+    speed = "speed"
+
+
 class Deed(StrEnum):
     """What ``notabug references`` does."""
 
@@ -233,6 +239,17 @@ def list_(
 def doctor(as_json: Json = False) -> None:
     """Say what is installed, what is missing, and how to get it."""
     from notabug.doctor import command
+
+    raise typer.Exit(command(as_json))
+
+
+@app.command()
+def bench(
+    what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,  # noqa: ARG001 - one so far
+    as_json: Json = False,
+) -> None:
+    """Measure what notabug costs, as ratios in one run."""
+    from notabug.bench.command import command
 
     raise typer.Exit(command(as_json))
 

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol, cast
 
 from notabug.exit_codes import ExitCode
 from notabug.judging import declare, decode_srgb, one_variant
+from notabug.metrics.why import explain_pixel
 from notabug.progress import console
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import read_scene
-
-
-class Explanation(Protocol):
-    """What ``notabug.metrics.why.explain_pixel(pixels, scene, declaration, x, y)`` gives."""
-
-    def as_dict(self) -> dict[str, Any]: ...
-    def as_text(self) -> str: ...
 
 
 def command(
@@ -40,8 +32,7 @@ def command(
     x, y = parse_pixel(pixel, picture.pixels.shape[1], picture.pixels.shape[0])
     pixels = decode_srgb(picture.pixels) if srgb else picture.pixels
     declaration = declare([picture], filter_name, None, precision, srgb=srgb, noisy=None)
-    explain_pixel = importlib.import_module("notabug.metrics.why").explain_pixel
-    found = cast(Explanation, explain_pixel(pixels, scene, declaration, x, y))
+    found = explain_pixel(pixels, scene, declaration, x, y)
     if as_json:
         print(json.dumps(found.as_dict(), ensure_ascii=False, allow_nan=False))
     else:

@@ -11,14 +11,12 @@ import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 import numba
 import platformdirs
 
 _KEPT = 3  # caches of this many source versions stay on disk
-
-Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
 
 def cache_root() -> Path:
@@ -48,11 +46,12 @@ def _folder() -> Path:
 _FOLDER = _folder()
 
 
-def kernel(function: Kernel) -> Kernel:
+def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile ``function`` on first use: no fastmath, no contraction to FMA, releases the GIL, IEEE division."""
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(_FOLDER)
     try:
-        return numba.njit(cache=True, nogil=True, error_model="numpy")(function)  # type: ignore[no-any-return]
+        compiled: Callable[..., Any] = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+        return compiled
     finally:
         numba.config.CACHE_DIR = before

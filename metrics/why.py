@@ -1,0 +1,160 @@
+"""why: what each model predicts at one pixel, term by term, and which ones admit the value that was found there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.adapters.base import Declaration
+from notabug.metrics.admissible import admissible
+from notabug.metrics.valid import invalid
+from notabug.references.models.model import Model, models
+from notabug.references.predict import configured, predict
+from notabug.references.tracer.probe import Probe, probe
+from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.scene import Scene
+
+RGB = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """One model at one pixel: its value, the interval it admits, the tolerance, and whether the found value fits.
+
+    ``alpha`` is where the found value lies between the reference (0) and this model (1); None where both are the same.
+    ``probe`` tells the terms at the pixel's centre.
+    """
+
+    name: str
+    kind: str
+    claim: str
+    value: RGB
+    lo: RGB
+    hi: RGB
+    tolerance: float
+    fits: bool
+    alpha: float | None
+    probe: Probe
+
+
+@dataclass(frozen=True, slots=True)
+class PixelExplanation:
+    """Every model's prediction for the pixel (x, y), the reference first."""
+
+    x: int
+    y: int
+    found: RGB
+    predictions: tuple[Prediction, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        return _finite(asdict(self))  # type: ignore[no-any-return]
+
+    def as_text(self) -> str:
+        """The terms, one block a model; models that change nothing here are named in one line."""
+        lines = [f"pixel ({self.x}, {self.y}): found {_show(self.found)}"]
+        reference = self.predictions[0]
+        same = [each.name for each in self.predictions[1:] if each.probe == reference.probe and each.alpha is None]
+        for each in self.predictions:
+            if each.name in same:
+                continue
+            verdict = "fits" if each.fits else f"off by {_off(self.found, each):.3g} (tolerance {each.tolerance:.2g})"
+            lines.append(f"\n{each.name} ({each.kind}): {_show(each.value)}  {verdict}")
+            lines.append(f"  {each.claim}")
+            if each.alpha is not None:
+                lines.append(f"  found lies at {each.alpha:.2f} between the reference (0) and this model (1)")
+            if each.lo != each.hi:
+                lines.append(f"  edge: anything from {_show(each.lo)} to {_show(each.hi)} is admitted")
+            lines += _terms(each.probe)
+        if same:
+            lines.append(f"\nlike the reference here: {', '.join(same)}")
+        return "\n".join(lines)
+
+
+def explain_pixel(
+    pixels: npt.NDArray[np.floating], scene: Scene, declaration: Declaration, x: int, y: int
+) -> PixelExplanation:
+    """Compare the value of ``pixels`` (h, w, 3) at (x, y), y down, with every model of ``scene``."""
+    wrong = invalid([np.nan_to_num(pixels)], scene.height, scene.width)
+    if wrong is not None and wrong.name in ("wrong_size", "wrong_channels"):
+        raise NotabugError(wrong.message, where="picture", do="give the picture of this scene")
+    found = np.asarray(pixels[y, x], np.float64)
+    made: list[Prediction] = []
+    reference = Model("reference", "convention", "what the intended model gives", "")
+    for model in (reference, *models(scene)):
+        chosen = () if model is reference else (model,)
+        to = admissible(predict(scene, chosen), declaration)
+        value, lo, hi = (np.asarray(each[y, x], np.float64) for each in (to.value, to.lo, to.hi))
+        tolerance = float(to.tau[y, x].max())
+        alpha = None
+        if made:
+            span = value - np.array(made[0].value)
+            if float(np.abs(span).max()) > tolerance:
+                alpha = float((found - np.array(made[0].value)) @ span / (span @ span))
+        off = np.abs(found - np.clip(found, lo, hi))
+        drawn, options = configured(scene, chosen)
+        made.append(
+            Prediction(
+                name=model.name,
+                kind="reference" if model is reference else model.kind,
+                claim=model.claim,
+                value=_rgb(value),
+                lo=_rgb(lo),
+                hi=_rgb(hi),
+                tolerance=tolerance,
+                fits=bool((off <= to.tau[y, x]).all()),
+                alpha=alpha,
+                probe=probe(drawn, options, x + 0.5, y + 0.5),
+            )
+        )
+    return PixelExplanation(x, y, _rgb(found), tuple(made))
+
+
+def _terms(seen: Probe) -> list[str]:
+    if not seen.path:
+        return ["  the ray meets nothing: background"]
+    lines = [
+        f"  sees {seen.path} at {_show(seen.position)}, depth {seen.depth:.6g},"
+        f" uv ({seen.uv[0]:.5f}, {seen.uv[1]:.5f})",
+        f"  N' {_show(seen.normal)}, facet N {_show(seen.facet_normal)}, N'.V {seen.view_cosine:.5f},"
+        f" albedo {_show(seen.albedo)}",
+    ]
+    for light in seen.lights:
+        lines.append(
+            f"  {light.path}: N'.L {light.cosine:.5f}, N.L {light.geometric_cosine:.5f},"
+            f" d {light.distance:.6g}, E {_show(light.irradiance)}"
+        )
+        shadow = "no light arrives: N'.L <= 0"
+        if light.cosine > 0:
+            shadow = "shadow ray free"
+            if light.blocker:
+                what = "forgiven (facet self-shadow)" if light.spared else f"light let through {light.share:g}"
+                shadow = f"shadow ray meets {light.blocker} at {light.blocked_at:.6g}: {what}"
+        lines.append(f"    {shadow}; diffuse {_show(light.diffuse)}, highlight {_show(light.specular)}")
+    return lines
+
+
+def _off(found: RGB, prediction: Prediction) -> float:
+    value = np.array(found)
+    return float(np.abs(value - np.clip(value, prediction.lo, prediction.hi)).max())
+
+
+def _show(values: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{each:.5g}" for each in values) + ")"
+
+
+def _rgb(values: npt.NDArray[np.float64]) -> RGB:
+    r, g, b = (float(each) for each in values)
+    return r, g, b
+
+
+def _finite(value: Any) -> Any:
+    """``value`` with infinities and NaN as None, for JSON."""
+    if isinstance(value, dict):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,142 @@
+"""bench speed: the tracer against Embree, an envelope, a verdict and the start of the program, in one run.
+
+Times are the best of several repetitions in turn (A B A B), because the machines this runs on are noisy.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.adapters.base import Quality
+from notabug.adapters.inhouse import InHouse
+from notabug.metrics.judge import judge
+from notabug.references.tracer.envelope import trace_envelope
+from notabug.references.tracer.flatten import flatten
+from notabug.references.tracer.traverse import trace
+from notabug.scenes_usd.picture import read_picture
+from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.scene import Scene
+
+REPEATS = 5
+RAYS = 1024  # squared
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One measured figure and what is asked of it; ``met`` None where it could not be measured."""
+
+    name: str
+    value: float | None
+    unit: str
+    asked: str
+    met: bool | None
+    note: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+def measure() -> list[Figure]:
+    """Every figure of the bench; about half a minute once the kernels are compiled."""
+    return [_against_embree(), _envelope(), *_verdicts(), _start()]
+
+
+def _best(*works: Callable[[], object], repeats: int = REPEATS) -> list[float]:
+    """The shortest time of each work in seconds, after one run that is not counted, the works taking turns."""
+    for work in works:
+        work()
+    best = [float("inf")] * len(works)
+    for _ in range(repeats):
+        for i, work in enumerate(works):
+            start = time.perf_counter()
+            work()
+            best[i] = min(best[i], time.perf_counter() - start)
+    return best
+
+
+def camera_rays(scene: Scene, side: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Origins and unit directions (side * side, 3) of the camera's rays through a square raster's pixel centres."""
+    camera = scene.camera
+    y, x = (np.mgrid[0:side, 0:side].reshape(2, -1, 1) + 0.5) / side
+    axes = camera.to_world[:3, :3]
+    directions = (2 * x - 1) * camera.tan_x * axes[0] + (1 - 2 * y) * camera.tan_y * axes[1] - axes[2]
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return np.tile(camera.to_world[3, :3], (len(directions), 1)), directions
+
+
+def _against_embree() -> Figure:
+    name, asked = "tracer, rays per second against Embree (float32, 1 thread)", "at least 0.5"
+    scene = read_scene("terminator/sphere", {"tessellation": "96x48"})
+    flat = flatten(scene)
+    origins, directions = camera_rays(scene, RAYS)
+    n = len(directions)
+    hits, distances, weights = np.empty(n, np.int64), np.empty(n), np.empty((n, 3))
+    threads = os.cpu_count() or 1
+
+    def ours() -> None:
+        def part(at: slice) -> None:
+            trace(flat, origins[at], directions[at], hits[at], distances[at], weights[at])
+
+        edges = np.linspace(0, n, 8 * threads + 1).astype(int)
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(part, [slice(a, b) for a, b in pairwise(edges)]))
+
+    if importlib.util.find_spec("embreex") is None:
+        (seconds,) = _best(ours)
+        rate = n / seconds / 1e6
+        return Figure(name, None, "x", asked, None, f"{rate:.2f} Mrays/s; no Embree: pip install 'notabug[bench]'")
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    embree = EmbreeScene()
+    TriangleMesh(embree, flat.points.reshape(-1, 3, 3).astype(np.float32))
+    single = origins.astype(np.float32), directions.astype(np.float32)
+    a, b = _best(ours, lambda: embree.run(*single))
+    agree = float((embree.run(*single) == hits).mean())
+    note = f"ours {n / a / 1e6:.2f} Mrays/s in float64 on {threads} threads, Embree {n / b / 1e6:.2f}; "
+    return Figure(name, b / a, "x", asked, b / a >= 0.5, note + f"same triangle for {100 * agree:.4f} % of the rays")
+
+
+def _envelope() -> Figure:
+    scene = read_scene("terminator/sphere", {"tessellation": "96x48"})
+    (seconds,) = _best(lambda: trace_envelope(scene))
+    note = "256 x 256, 16 subsamples a pixel, 64 at edges, float64"
+    return Figure("envelope, warm", seconds, "s", "under 1 s", seconds < 1.0, note)
+
+
+def _verdicts() -> list[Figure]:
+    made = []
+    for source, samples in (("terminator/sphere", 1), ("terminator/sphere", 16), ("texture/uneven_quad", 1)):
+        scene, adapter = read_scene(source), InHouse()
+        quality = Quality(samples=samples)
+        declaration = adapter.declaration(quality)
+        with tempfile.TemporaryDirectory(prefix="notabug-") as folder:
+            pictures = [read_picture(each.image).pixels for each in adapter.render(scene, Path(folder), quality)]
+
+        def work(pictures: Any = pictures, scene: Scene = scene, declaration: Any = declaration) -> None:
+            judge(pictures, scene, declaration, perceive=False)
+
+        (seconds,) = _best(work)
+        name = f"judge, cached references, without FLIP: {source}, {len(pictures)} picture(s)"
+        made.append(Figure(name, seconds, "s", "under 0.1 s", seconds < 0.1, f"{scene.width} x {scene.height}"))
+    return made
+
+
+def _start() -> Figure:
+    command = [sys.executable, "-m", "notabug.cli", "--help"]
+    (seconds,) = _best(lambda: subprocess.run(command, check=True, capture_output=True))
+    return Figure("notabug --help, from start to end", seconds, "s", "under 0.3 s", seconds < 0.3, "")
