@@ -29,9 +29,9 @@ class Cause:
 
 
 def changed(to: Admissible, change: Callable[[Floats], Floats]) -> Admissible:
-    """``to`` with ``change`` applied to each of its arrays; the edge mask goes through it as 0 and 1."""
+    """``to`` under ``change``: the edge mask goes through it as 0 and 1, the tolerance by the change's slope."""
     edge = change(np.repeat(to.edge[..., None].astype(np.float64), 3, axis=2))[..., 0] > 0.01
-    tau = np.maximum(np.abs(change(to.tau)), to.tau.min())
+    tau = np.maximum(np.abs(change(to.value + to.tau) - change(to.value)), to.tau.min())
     return Admissible(change(to.value), change(to.lo), change(to.hi), tau, edge, to.share)
 
 
@@ -118,7 +118,8 @@ def _gamma(mean: Floats, value: Floats, bright: float) -> float | None:
 def _shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
     from skimage.registration import phase_cross_correlation
 
-    a, b = value.sum(axis=2), mean.sum(axis=2)
+    # of the gradients: the border that a shift brings in would pull smooth shading towards no shift at all
+    a, b = (np.hypot(*(ndimage.sobel(each.sum(axis=2), axis) for axis in (0, 1))) for each in (value, mean))
     if np.ptp(a) == 0 or np.ptp(b) == 0:
         return
     for upsample in (1, 20):

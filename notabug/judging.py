@@ -126,6 +126,7 @@ def declare(
         quantum=coarsest.quantum * (SRGB_SLOPE if srgb else 1.0),
         relative_quantum=coarsest.relative_quantum,
         noisy=len(pictures) > 1 if noisy is None else noisy,
+        ngon_split="unknown",
     )
 
 

@@ -61,9 +61,8 @@ def ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, p, i):
     det = u + v + w
     if det == zero:
         return miss, zero, zero, zero
-    inverse = type(u)(1) / det
-    t = (u * az + v * bz + w * cz) * sz * inverse
-    return t, u * inverse, v * inverse, w * inverse
+    u, v, w = u / det, v / det, w / det  # first: a product of three lengths would underflow on tiny triangles
+    return (u * az + v * bz + w * cz) * sz, u, v, w
 
 
 @kernel

@@ -12,18 +12,21 @@ from notabug.references.tracer.jit import kernel
 
 
 @kernel
-def _enter(bounds, node, ox, oy, oz, ix, iy, iz, tmin, tmax):
-    """Where a ray enters a box, or inf. Written so that 0 * inf, which is NaN, never loses a box."""
-    x0, x1 = (bounds[node, 0] - ox) * ix, (bounds[node, 3] - ox) * ix
-    y0, y1 = (bounds[node, 1] - oy) * iy, (bounds[node, 4] - oy) * iy
-    z0, z1 = (bounds[node, 2] - oz) * iz, (bounds[node, 5] - oz) * iz
-    if ix < 0:
-        x0, x1 = x1, x0
-    if iy < 0:
-        y0, y1 = y1, y0
-    if iz < 0:
-        z0, z1 = z1, z0
+def _near_sides(ix, iy, iz):
+    """For each axis the column of a box's bounds that a ray with these inverse directions meets first."""
+    return 0 if ix >= 0 else 3, 1 if iy >= 0 else 4, 2 if iz >= 0 else 5
+
+
+@kernel
+def _enter(bounds, node, ox, oy, oz, ix, iy, iz, nx, ny, nz, tmin, tmax):
+    """Where a ray enters a box, or inf. Written so that 0 * inf, which is NaN, never loses a box.
+
+    (nx, ny, nz) are the ray's ``_near_sides``; the far side of an axis is 3 columns from the near one.
+    """
     near, far = tmin, tmax
+    x0, x1 = (bounds[node, nx] - ox) * ix, (bounds[node, 3 - nx] - ox) * ix
+    y0, y1 = (bounds[node, ny] - oy) * iy, (bounds[node, 5 - ny] - oy) * iy
+    z0, z1 = (bounds[node, nz] - oz) * iz, (bounds[node, 7 - nz] - oz) * iz
     if x0 > near:
         near = x0
     if y0 > near:
@@ -36,8 +39,8 @@ def _enter(bounds, node, ox, oy, oz, ix, iy, iz, tmin, tmax):
         far = y1
     if z1 < far:
         far = z1
-    # rounding: 3 ulp on either side keep the test conservative (Ize 2013, "Robust BVH Ray Traversal")
-    slack = abs(far) * type(far)(1e-6 if bounds.itemsize == 4 else 1e-15)
+    # rounding: a few ulp more keep the test conservative (Ize 2013, "Robust BVH Ray Traversal")
+    slack = far * type(far)(1e-6 if bounds.itemsize == 4 else 1e-15)
     return near if near <= far + slack else type(near)(math.inf)
 
 
@@ -50,10 +53,11 @@ def closest(bounds, child, count, points, face, ox, oy, oz, dx, dy, dz, tmin, tm
     kx, ky, kz, sx, sy, sz = shear(dx, dy, dz)
     one = type(dx)(1)
     ix, iy, iz = one / dx, one / dy, one / dz
+    nx, ny, nz = _near_sides(ix, iy, iz)
     hit = -1
     best, b0, b1, b2 = tmax, one, one, one
     node, top = 0, 0
-    if _enter(bounds, 0, ox, oy, oz, ix, iy, iz, tmin, best) == math.inf:
+    if _enter(bounds, 0, ox, oy, oz, ix, iy, iz, nx, ny, nz, tmin, best) == math.inf:
         return hit, best, b0, b1, b2
     while True:
         n = count[node]
@@ -64,8 +68,8 @@ def closest(bounds, child, count, points, face, ox, oy, oz, dx, dy, dz, tmin, tm
                 if t > tmin and (t < best or (t == best and hit >= 0 and face[i] < face[hit])) and face[i] != skip:
                     hit, best, b0, b1, b2 = i, t, u, v, w
         else:
-            t0 = _enter(bounds, first, ox, oy, oz, ix, iy, iz, tmin, best)
-            t1 = _enter(bounds, first + 1, ox, oy, oz, ix, iy, iz, tmin, best)
+            t0 = _enter(bounds, first, ox, oy, oz, ix, iy, iz, nx, ny, nz, tmin, best)
+            t1 = _enter(bounds, first + 1, ox, oy, oz, ix, iy, iz, nx, ny, nz, tmin, best)
             if t0 <= t1:
                 if t0 != math.inf:
                     if t1 != math.inf:
@@ -182,12 +186,13 @@ def transmittance(
     if points.shape[0]:
         kx, ky, kz, sx, sy, sz = shear(dx, dy, dz)
         ix, iy, iz = one / dx, one / dy, one / dz
+        nx, ny, nz = _near_sides(ix, iy, iz)
         stack[0] = 0
         top = 1
         while top:
             top -= 1
             node = stack[top]
-            if _enter(bounds, node, ox, oy, oz, ix, iy, iz, tmin, tmax) == math.inf:
+            if _enter(bounds, node, ox, oy, oz, ix, iy, iz, nx, ny, nz, tmin, tmax) == math.inf:
                 continue
             n = count[node]
             first = child[node]
