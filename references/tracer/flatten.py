@@ -23,8 +23,8 @@ class Quads(NamedTuple):
 
     of_triangle: Array  # (t,) quad of each triangle, or -1
     corners: Array  # (q, 4) face corners into Flat.normal and Flat.uv
-    plane: Array  # (q, 8) x, y of the four corners in the face's plane
-    frame: Array  # (q, 9) origin, x axis, y axis
+    plane: Array  # (q, 8) x, y of the four corners in the face's plane, in a unit of about its size
+    frame: Array  # (q, 9) origin, x axis, y axis, both over that unit
 
 
 class Textures(NamedTuple):
@@ -191,6 +191,8 @@ def _quads(found: list[tuple[npt.NDArray[np.float64], int, int]], face: Array, r
         x = x / np.linalg.norm(x)
         z = np.cross(points[2] - points[0], points[3] - points[1])
         y = np.cross(z / np.linalg.norm(z), x)
+        unit = 2.0 ** -np.round(np.log2(np.ptp(points, axis=0).max()))  # exact; keeps fourth powers in float32's range
+        x, y = x * unit, y * unit
         corners.append(np.arange(first, first + 4))
         plane.append(np.stack([(points - points[0]) @ x, (points - points[0]) @ y], axis=1).ravel())
         frame.append(np.concatenate([points[0], x, y]))
