@@ -70,7 +70,7 @@ def probe(scene: Scene, options: Options, x: float, y: float) -> Probe:
     if i < 0 and ball < 0:
         return Probe()
     at = c[:3] + t * d
-    owner, facet, normal, uv, face, sag = _surface(flat, options, i, ball, at, b0, b1, b2)
+    owner, facet, normal, uv, face = _surface(flat, options, i, ball, at, b0, b1, b2)
     side = 1.0 if facet @ -d >= 0 else -1.0
     facet, normal = facet * side, normal * side
     if normal @ -d < 0 and options.silhouette == "flip":
@@ -79,7 +79,7 @@ def probe(scene: Scene, options: Options, x: float, y: float) -> Probe:
     colour = tuple(float(v) for v in albedo(flat, flat.textures, material, *uv))
     painted = options.silhouette != "black" or normal @ -d >= 0
     terms = tuple(
-        _light(flat, scene, options, k, at, d, facet, normal, owner, face, ball, side, sag, colour, stack)
+        _light(flat, scene, options, k, at, d, facet, normal, i, ball, side, int(material), colour, stack)
         for k in range(len(flat.light) if painted else 0)
     )
     return Probe(
@@ -102,14 +102,14 @@ def _plain(vector: Any) -> tuple[float, ...]:
 
 def _surface(
     flat: Flat, options: Options, i: int, ball: int, at: Vector, b0: float, b1: float, b2: float
-) -> tuple[int, Vector, Vector, tuple[float, float], int, float]:
-    """The object, facet normal, shading normal (both outward), uv, face and sagitta of a hit."""
+) -> tuple[int, Vector, Vector, tuple[float, float], int]:
+    """The object, facet normal, shading normal (both outward), uv and face of a hit."""
     if i < 0:
         assert flat.spheres is not None
         m = flat.spheres.to_local[ball].reshape(3, 4)
         outward = m[:, :3].T @ (m[:, :3] @ at + m[:, 3])
         outward = outward / np.linalg.norm(outward)
-        return int(flat.spheres.object[ball]), outward, outward, (0.0, 0.0), -1, -1.0
+        return int(flat.spheres.object[ball]), outward, outward, (0.0, 0.0), -1
     p = flat.points[i].reshape(3, 3)
     facet = np.cross(p[1] - p[0], p[2] - p[0])
     facet = facet / np.linalg.norm(facet)
@@ -123,12 +123,12 @@ def _surface(
     if options.affine:
         weights = np.array([*screen_weights(flat, i, b0, b1, b2), 0.0])
     u, v = weights @ flat.uv[corners]
-    return int(flat.object[i]), facet, normal, (float(u), float(v)), int(flat.face[i]), float(flat.sagitta[i])
+    return int(flat.object[i]), facet, normal, (float(u), float(v)), int(flat.face[i])
 
 
 def _light(
     flat: Flat, scene: Scene, options: Options, k: int, at: Vector, d: Vector, facet: Vector, normal: Vector,
-    owner: int, face: int, ball: int, side: float, sag: float, colour: tuple[float, ...], stack: npt.NDArray[np.int32],
+    triangle: int, ball: int, side: float, material: int, colour: tuple[float, ...], stack: npt.NDArray[np.int32],
 ) -> LightTerms:  # fmt: skip
     light = flat.light[k]
     if light[0] == 0:
@@ -143,10 +143,11 @@ def _light(
     leaves = ball if facet @ to > 0 else -1
     if options.shadows != "none" and cosine > 0:
         share, spared = transmittance(
-            flat, flat.spheres, flat.secondary, *at, *to, start, distance, face, leaves, owner,
-            options.shadows == "forgiving", side, cosine, sag, stack,
+            flat, flat.spheres, flat.secondary, *at, *to, start, distance, triangle, leaves,
+            options.shadows == "forgiving", side, cosine, stack,
         )  # fmt: skip
         arrays = (flat.bounds, flat.child, flat.size, flat.points, flat.face)
+        face = flat.face[triangle] if triangle >= 0 else -1
         i, blocked_at, *_ = closest(*arrays, *at, *to, start, distance, face, stack)
         blocker = scene.objects[flat.object[i]].path if i >= 0 else ""
         if flat.spheres is not None:
@@ -155,8 +156,8 @@ def _light(
                 blocker, blocked_at = scene.objects[flat.spheres.object[j]].path, ts
     e = light[4:7] * falloff
     lit = share * max(cosine, 0.0) / math.pi
-    shine = float(highlight(flat.lobes, flat.material[owner], *normal, *to, *-d)) if cosine > 0 else 0.0
-    tint = flat.lobes.specular[flat.material[owner], :3] if flat.lobes is not None else np.zeros(3)
+    shine = float(highlight(flat.lobes, material, *normal, *to, *-d)) if cosine > 0 else 0.0
+    tint = flat.lobes.specular[material, :3] if flat.lobes is not None else np.zeros(3)
     return LightTerms(
         path=scene.lights[k].path,
         distance=distance,

@@ -147,9 +147,9 @@ def radiance(flat, quads, textures, spheres, lobes, secondary, option, ox, oy, o
             share = one
             if option[SHADOWS] != 2:
                 share, forgiven = transmittance(
-                    flat, spheres, secondary, x, y, z, lx, ly, lz, start, distance, face,
+                    flat, spheres, secondary, x, y, z, lx, ly, lz, start, distance, i,
                     ball if (gx * lx + gy * ly + gz * lz) * side > 0 else -1,
-                    owner, option[SHADOWS] == 0, side, nl, sag, stack,
+                    option[SHADOWS] == 0, side, nl, stack,
                 )  # fmt: skip
                 forgiven_here = forgiven_here or forgiven
             if share <= 0:

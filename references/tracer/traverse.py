@@ -127,20 +127,44 @@ def let_through(secondary, material, one):
 
 
 @kernel
+def rises(flat, i, dx, dy, dz):
+    """The facet's own g.L, g not normalised, of triangle ``i`` and the direction L = (dx, dy, dz)."""
+    p = flat.points[i]
+    ex, ey, ez = p[3] - p[0], p[4] - p[1], p[5] - p[2]
+    fx, fy, fz = p[6] - p[0], p[7] - p[1], p[8] - p[2]
+    return (ey * fz - ez * fy) * dx + (ez * fx - ex * fz) * dy + (ex * fy - ey * fx) * dz
+
+
+@kernel
+def hollow(flat, i, dx, dy, dz, side):
+    """Whether N.L falls along the direction L on triangle ``i``, as its interpolated normals imply.
+
+    A smooth surface that is hollow there meets a ray of small N.L again after 2 N.L over its curvature: the point is in
+    shadow. But the facet turns its back to the light, so its shadow ray slips out behind the neighbours: a leak.
+    """
+    p = flat.points[i]
+    ex, ey, ez = p[3] - p[0], p[4] - p[1], p[5] - p[2]
+    fx, fy, fz = p[6] - p[0], p[7] - p[1], p[8] - p[2]
+    gx, gy, gz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
+    # the change of the barycentric coordinates b1 and b2 along L, times |g|^2
+    d1 = (dy * fz - dz * fy) * gx + (dz * fx - dx * fz) * gy + (dx * fy - dy * fx) * gz
+    d2 = (ey * dz - ez * dy) * gx + (ez * dx - ex * dz) * gy + (ex * dy - ey * dx) * gz
+    c0, c1, c2 = flat.corner[i]
+    n = flat.normal
+    first = (n[c1, 0] - n[c0, 0]) * dx + (n[c1, 1] - n[c0, 1]) * dy + (n[c1, 2] - n[c0, 2]) * dz
+    second = (n[c2, 0] - n[c0, 0]) * dx + (n[c2, 1] - n[c0, 1]) * dy + (n[c2, 2] - n[c0, 2]) * dz
+    return (d1 * first + d2 * second) * side < 0
+
+
+@kernel
 def excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):
-    """Whether a shadow ray's hit on its own smooth mesh is facet self-shadow, not a real shadow.
+    """Whether the hit of a shadow ray that started beneath its own facet is facet self-shadow, not a real shadow.
 
     The ray must leave the body there (``side`` is -1 where the viewer sees the mesh from behind), and its chord of
     length ``t`` must stay within the sagitta: a smooth curve that leaves the chord's ends with the slopes N'.L deviates
     from it by at most t/4 times the larger slope. ``slope`` and ``depth`` are those of the chord's start.
     """
-    if flat.sagitta[i] < 0:
-        return False
-    p = flat.points[i]
-    ex, ey, ez = p[3] - p[0], p[4] - p[1], p[5] - p[2]
-    fx, fy, fz = p[6] - p[0], p[7] - p[1], p[8] - p[2]
-    leaving = (ey * fz - ez * fy) * dx + (ez * fx - ex * fz) * dy + (ex * fy - ey * fx) * dz
-    if leaving * side <= 0:
+    if flat.sagitta[i] < 0 or rises(flat, i, dx, dy, dz) * side <= 0:
         return False
     c0, c1, c2 = flat.corner[i]
     n = flat.normal
@@ -164,24 +188,30 @@ def transmittance(
     dz,
     tmin,
     tmax,
-    face,
+    triangle,
     sphere,
-    owner,
     forgive,
     side,
     slope,
-    depth,
     stack,
 ):
     """The share of light that reaches (ox, oy, oz) along a unit direction, and whether facets of its own were forgiven.
 
-    ``face`` and ``sphere`` (or -1) are what the point lies on and are never hit; ``owner`` is its object. With
-    ``forgive`` hits on the owner's own facets are passed over where ``excused`` says so: the reference. Each crossing
-    of a surface with opacity attenuates by 1 - opacity.
+    ``triangle``, with its face, and ``sphere`` (or -1) are what the point lies on and are never hit. ``forgive`` is the
+    reference: where the facet turns its back to the light (the interpolated normal does not, or nobody would ask), its
+    ray runs beneath the surface. Then hits on the same mesh are passed over where ``excused`` says so, and light into a
+    ``hollow`` is held back; both count as forgiven. ``side`` is -1 where the point is seen from behind, ``slope`` its
+    N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity.
     """
     one, zero = type(dx)(1), type(dx)(0)
     light = one
     forgiven = False
+    face, owner, depth = -1, -1, zero
+    if triangle >= 0:
+        face, owner, depth = flat.face[triangle], flat.object[triangle], flat.sagitta[triangle]
+        forgive = forgive and depth >= 0 and rises(flat, triangle, dx, dy, dz) * side <= 0
+        if forgive and hollow(flat, triangle, dx, dy, dz, side):
+            return zero, True
     bounds, child, count, points = flat.bounds, flat.child, flat.size, flat.points
     if points.shape[0]:
         kx, ky, kz, sx, sy, sz = shear(dx, dy, dz)
