@@ -1,5 +1,5 @@
 # Two commands on a fresh machine: `make run` and `make test`. Each does all the set-up it needs first.
-# Needs Python >= 3.11, make and the network; installs POV-Ray and LLVM too where it may (see .ci/renderers).
+# Needs Python >= 3.11, make and the network; installs POV-Ray, LLVM and Mesa too where it may (see .ci/renderers).
 
 # The first that is new enough; 3.11 is the version the pins in constraints.txt were resolved with.
 PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3 python; do \
@@ -21,7 +21,7 @@ setup: .venv/installed renderers
 	@test -n "$(PYTHON)" || { echo "no Python >= 3.11 on PATH; install one (apt install python3 python3-venv, or pyenv install 3.11) or: make PYTHON=/path/to/python3.11" >&2; exit 1; }
 	@test -x $(BIN)/python || "$(PYTHON)" -m venv .venv || { rm -rf .venv; echo "$(PYTHON) cannot make a virtual environment; on Debian: apt install python3-venv" >&2; exit 1; }
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[mitsuba,bench,dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[mitsuba,opengl,bench,dev]'
 	@touch $@
 
 renderers: .venv/installed

@@ -44,6 +44,7 @@ class Declaration:
     ngon_split : the diagonal by which n-gons are cut before the renderer sees them: ``02`` joins corner 0 and 2;
         "" where n-gons keep their bilinear map; ``unknown`` for a picture of unknown making.
     silhouette : what becomes of an interpolated normal that faces away from the viewer.
+    depth : format of the depth buffer; near and far are the camera's. "" where there is none that can show.
     """
 
     precision: Literal["float32", "float64"]
@@ -54,6 +55,7 @@ class Declaration:
     noisy: bool
     ngon_split: Literal["", "02", "13", "unknown"] = ""
     silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
+    depth: Literal["", "fixed16", "fixed24", "float32", "reversed32"] = ""
 
 
 @dataclass(frozen=True, slots=True)

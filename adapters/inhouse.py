@@ -30,7 +30,7 @@ class InHouse:
     install: str = "part of notabug"
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
-        | {"cosine_weighted", "coloured_highlight", "mirror", "transmission"}
+        | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows"}
     )
 
     def declaration(self, quality: Quality) -> Declaration:

@@ -47,7 +47,7 @@ class Mitsuba:
     python: str = sys.executable
     keep_jobs: bool = False
     capabilities: frozenset[str] = frozenset(
-        {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity"}
+        {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "shadows"}
     )
     install: str = "pip install notabug[mitsuba]"
 

@@ -56,6 +56,7 @@ class PovRay:
     keep_jobs: bool = False
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
+        | {"shadows"}
     )
     install: str = "apt install povray"
 

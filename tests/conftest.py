@@ -14,6 +14,7 @@ import pytest
 
 from notabug.adapters.base import Adapter, RendererMissingError
 from notabug.adapters.mitsuba import Mitsuba
+from notabug.adapters.opengl import OpenGL
 from notabug.adapters.povray import PovRay
 
 Installed = TypeVar("Installed", bound=Adapter)
@@ -39,3 +40,9 @@ def povray() -> PovRay:
 def mitsuba() -> Mitsuba:
     """The Mitsuba adapter."""
     return _installed(Mitsuba())
+
+
+@pytest.fixture(scope="session")
+def opengl() -> OpenGL:
+    """The OpenGL adapter."""
+    return _installed(OpenGL())

@@ -17,8 +17,8 @@ from notabug.references.tracer.jit import kernel
 EXACT, FIXED, FLOAT, REVERSED, DISTANCE = range(5)
 # Columns of the arrays of a clipped polygon's corners: position in the view, share of the triangle's three corners.
 _POLYGON = 6
-# ... and of the corners in the window: x, y, 1/w, depth, share of the three corners.
-_PLACE = 7
+# ... and of what its corners carry into the window: 1/w, depth, share of the three corners.
+_CARRIED = 5
 
 
 @kernel
@@ -109,7 +109,8 @@ def fill(points, order, view, parallel, form, steps, last, size, top, behind, de
     one, half = type(near)(1), type(near)(0.5)
     polygon = np.empty((8, _POLYGON), points.dtype)
     clipped = np.empty((8, _POLYGON), points.dtype)
-    place = np.empty((8, _PLACE), points.dtype)
+    place = np.empty((8, 2))  # edge functions are exact in hardware (fixed point), so here they are float64
+    carried = np.empty((8, _CARRIED), points.dtype)
     for k in range(order.size):
         p = points[order[k]]
         lost_near, lost_far = 0, 0
@@ -133,53 +134,51 @@ def fill(points, order, view, parallel, form, steps, last, size, top, behind, de
             w = one if parallel else z
             place[j, 0] = (polygon[j, 0] / w + one) * half * type(near)(width)
             place[j, 1] = (one - polygon[j, 1] / w) * half * type(near)(height)
-            place[j, 2] = one / w
-            place[j, 3] = _depth(z, near, far, parallel, form)
-            place[j, 4], place[j, 5], place[j, 6] = polygon[j, 3], polygon[j, 4], polygon[j, 5]
+            carried[j, 0] = one / w
+            carried[j, 1] = _depth(z, near, far, parallel, form)
+            carried[j, 2], carried[j, 3], carried[j, 4] = polygon[j, 3], polygon[j, 4], polygon[j, 5]
         for j in range(1, corners - 1):
             _fill_triangle(
-                place[0], place[j], place[j + 1], k, form, steps, last, width, top, rows,
+                place, carried, j, j + 1, k, form, steps, last, width, top, rows,
                 behind, depth, winner, correct, affine,
             )  # fmt: skip
 
 
 @kernel
 def _fill_triangle(
-    a, b, c, k, form, steps, last, width, top, rows, behind, depth, winner, correct, affine
+    place, carried, second, third, k, form, steps, last, width, top, rows, behind, depth, winner, correct, affine
 ):  # fmt: skip
-    one, half = type(a[0])(1), type(a[0])(0.5)
-    area = _edge(a[0], a[1], b[0], b[1], c[0], c[1])
+    """Draw the triangle of the polygon's corners 0, ``second`` and ``third``."""
+    one = type(carried[0, 0])(1)
+    area = _edge(place[0, 0], place[0, 1], place[second, 0], place[second, 1], place[third, 0], place[third, 1])
     if not abs(area) > 0 or abs(area) == math.inf:
         return
     if area < 0:
-        b, c = c, b
-    x0, x1 = min(a[0], b[0], c[0]), max(a[0], b[0], c[0])
-    y0, y1 = min(a[1], b[1], c[1]), max(a[1], b[1], c[1])
-    left, right = int(max(x0 - one, one - one)), int(min(x1 + one, type(one)(width)))
-    upper, lower = int(max(y0 - one, type(one)(top))), int(min(y1 + one, type(one)(top + rows)))
+        second, third = third, second
+    ax, ay = place[0]
+    bx, by = place[second]
+    cx, cy = place[third]
+    a, b, c = carried[0], carried[second], carried[third]
+    left, right = int(max(min(ax, bx, cx) - 1.0, 0.0)), int(min(max(ax, bx, cx) + 1.0, width))
+    upper, lower = int(max(min(ay, by, cy) - 1.0, top)), int(min(max(ay, by, cy) + 1.0, top + rows))
     for row in range(upper, lower):
-        py = type(one)(row) + half
+        py = row + 0.5
         for column in range(left, right):
-            px = type(one)(column) + half
-            ec = _edge(a[0], a[1], b[0], b[1], px, py)
-            ea = _edge(b[0], b[1], c[0], c[1], px, py)
-            eb = _edge(c[0], c[1], a[0], a[1], px, py)
-            if not (
-                _covers(ec, a[0], a[1], b[0], b[1])
-                and _covers(ea, b[0], b[1], c[0], c[1])
-                and _covers(eb, c[0], c[1], a[0], a[1])
-            ):
+            px = column + 0.5
+            ec = _edge(ax, ay, bx, by, px, py)
+            ea = _edge(bx, by, cx, cy, px, py)
+            eb = _edge(cx, cy, ax, ay, px, py)
+            if not (_covers(ec, ax, ay, bx, by) and _covers(ea, bx, by, cx, cy) and _covers(eb, cx, cy, ax, ay)):
                 continue
-            inverse = one / (ea + eb + ec)
-            sa, sb, sc = ea * inverse, eb * inverse, ec * inverse
-            wa, wb, wc = sa * a[2], sb * b[2], sc * c[2]
+            total = ea + eb + ec
+            sa, sb, sc = type(one)(ea / total), type(one)(eb / total), type(one)(ec / total)
+            wa, wb, wc = sa * a[0], sb * b[0], sc * c[0]
             inverse = one / (wa + wb + wc)
             wa, wb, wc = wa * inverse, wb * inverse, wc * inverse
             ka, kb, kc = sa, sb, sc
             if form == DISTANCE:  # linear in space, not in the window
                 ka, kb, kc = wa, wb, wc
-            found = ka * a[3] + kb * b[3] + kc * c[3]
-            key = _stored(found, form, steps)
+            key = _stored(ka * a[1] + kb * b[1] + kc * c[1], form, steps)
             at = row - top
             if behind is not None:
                 before = behind[0][at, column]
@@ -193,5 +192,5 @@ def _fill_triangle(
                 depth[at, column] = key
                 winner[at, column] = k
                 for j in range(3):
-                    correct[at, column, j] = wa * a[4 + j] + wb * b[4 + j] + wc * c[4 + j]
-                    affine[at, column, j] = sa * a[4 + j] + sb * b[4 + j] + sc * c[4 + j]
+                    correct[at, column, j] = wa * a[2 + j] + wb * b[2 + j] + wc * c[2 + j]
+                    affine[at, column, j] = sa * a[2 + j] + sb * b[2 + j] + sc * c[2 + j]

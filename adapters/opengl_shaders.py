@@ -1,0 +1,111 @@
+"""The GLSL of the OpenGL child: the scene contract's reflection model, and depth peeling for transparent surfaces.
+
+``#define LIGHTS`` and ``#define PEEL`` are put in front by the child: numbers only, nothing that a scene says.
+"""
+
+from __future__ import annotations
+
+VERTEX = """
+uniform mat4 view;
+uniform mat4 projection;
+in vec3 position;
+in vec3 normal;
+in vec2 uv;
+out vec3 P;
+out vec3 N_raw;
+out vec2 st;
+void main() {
+    P = position;
+    N_raw = normal;
+    st = uv;
+    gl_Position = projection * (view * vec4(position, 1.0));
+}
+"""
+
+FRAGMENT = """
+const float PI = 3.14159265358979;
+uniform vec3 eye;
+uniform bool distant[LIGHTS];
+uniform vec3 place[LIGHTS]; // of a point light; towards a distant one
+uniform vec3 power[LIGHTS];
+uniform int lights;
+uniform vec3 diffuse;
+uniform vec3 specular;
+uniform float exponent;
+uniform int lobe; // 0 none, 1 Phong, 2 Blinn, 3 and 4 the same times N.L
+uniform float opacity;
+uniform bool textured;
+uniform bvec2 clamped;
+uniform sampler2D texels; // row 0 at v = 1
+in vec3 P;
+in vec3 N_raw;
+in vec2 st;
+layout(location = 0) out vec4 radiance;
+#if PEEL
+uniform sampler2D before; // of the layer in front: depth, number of the triangle, drawn or not
+uniform bool first_layer;
+uniform int first_triangle;
+uniform float steps; // of a fixed-point depth buffer; 0: floating point; -1: reversed
+layout(location = 1) out vec4 key;
+#endif
+
+int wrapped(int i, int n, bool clamped) {
+    return clamped ? clamp(i, 0, n - 1) : i - n * int(floor(float(i) / float(n)));
+}
+
+vec3 texel(int x, int y) {
+    ivec2 n = textureSize(texels, 0);
+    return texelFetch(texels, ivec2(wrapped(x, n.x, clamped.x), wrapped(y, n.y, clamped.y)), 0).rgb;
+}
+
+// The samplers of real hardware interpolate with weights of 8 bits; these are exact.
+vec3 bilinear(vec2 uv) {
+    vec2 at = vec2(uv.x, 1.0 - uv.y) * vec2(textureSize(texels, 0)) - 0.5;
+    vec2 whole = floor(at), f = at - whole;
+    int x = int(whole.x), y = int(whole.y);
+    return mix(mix(texel(x, y), texel(x + 1, y), f.x), mix(texel(x, y + 1), texel(x + 1, y + 1), f.x), f.y);
+}
+
+// pow() is exact to 12 bits or so; whole exponents, which are most, can do better.
+float raised(float x, float n) {
+    if (n != floor(n) || n > 65535.0) return pow(x, n);
+    float result = 1.0;
+    for (int k = int(n); k > 0; k >>= 1) {
+        if ((k & 1) == 1) result *= x;
+        x *= x;
+    }
+    return result;
+}
+
+void main() {
+#if PEEL
+    float depth = steps > 0.0 ? roundEven(gl_FragCoord.z * steps) : steps < 0.0 ? -gl_FragCoord.z : gl_FragCoord.z;
+    float number = float(first_triangle + gl_PrimitiveID);
+    if (!first_layer) {
+        vec3 front = texelFetch(before, ivec2(gl_FragCoord.xy), 0).xyz;
+        if (front.z == 0.0 || depth < front.x || (depth == front.x && number <= front.y)) discard;
+    }
+    key = vec4(depth, number, 1.0, 0.0);
+#endif
+    vec3 N = normalize(gl_FrontFacing ? N_raw : -N_raw);
+    vec3 V = normalize(eye - P);
+    vec3 albedo = textured ? bilinear(st) : diffuse;
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < lights; ++k) {
+        vec3 to = distant[k] ? place[k] : place[k] - P;
+        float square = dot(to, to);
+        vec3 L = to / sqrt(square);
+        vec3 E = distant[k] ? power[k] : power[k] / square;
+        float NL = dot(N, L);
+        if (NL <= 0.0) continue;
+        vec3 f = albedo * NL;
+        if (lobe != 0) {
+            float cosine = (lobe & 1) == 1 ? 2.0 * NL * dot(N, V) - dot(L, V) : dot(N, normalize(L + V));
+            float highlight = cosine > 0.0 ? raised(cosine, exponent) : 0.0;
+            f += specular * (lobe > 2 ? highlight * NL : highlight);
+        }
+        sum += f * E / PI;
+    }
+    radiance = vec4(sum, opacity);
+}
+"""

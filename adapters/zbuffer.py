@@ -1,0 +1,96 @@
+"""The in-house z-buffer rasteriser as a renderer under test.
+
+It draws what depth buffers draw: n-gons cut into triangles, depths of few bits, and shadows only from a shadow map.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from notabug.adapters.base import Declaration, Found, Quality, Render
+from notabug.adapters.job_folder import picture_path
+from notabug.adapters.registry import register
+from notabug.adapters.requirements import check_supported
+from notabug.scenes_usd.picture import write_exr
+from notabug.scenes_usd.scene import Scene
+
+CAPABILITIES = frozenset(
+    {"mesh", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
+    | {"cosine_weighted", "coloured_highlight"}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ZBuffer:
+    """The rasteriser of ``notabug.references.raster``: pixel centres by default, a regular grid for more samples.
+
+    Attributes
+    ----------
+    precision : float32, as all hardware has it. In float64 coplanar surfaces do not fight: depths are stored with fewer
+        bits than they are computed with, so the errors round away.
+    depth, normals, affine, shadow_map, shadow_bias : as in ``RasterOptions``. With a shadow map scenes with shadows
+        are drawn too; without one they are unsupported.
+    """
+
+    name: str = "zbuffer"
+    precision: Literal["float32", "float64"] = "float32"
+    depth: Literal["fixed16", "fixed24", "float32", "reversed32"] = "fixed24"
+    normals: Literal["phong", "gouraud", "flat"] = "phong"
+    affine: bool = False
+    shadow_map: int = 0
+    shadow_bias: float = 0.0
+    install: str = "part of notabug"
+
+    @property
+    def capabilities(self) -> frozenset[str]:
+        return CAPABILITIES | {"shadows"} if self.shadow_map else CAPABILITIES
+
+    def declaration(self, quality: Quality) -> Declaration:
+        point = grid(quality) == 1
+        return Declaration(
+            precision=self.precision,
+            filter="point" if point else "box",
+            radius=0.0 if point else 0.5,
+            quantum=2.0**-24,
+            relative_quantum=True,
+            noisy=False,
+            ngon_split="02",
+            silhouette="keep",
+            depth=self.depth,
+        )
+
+    def find(self) -> Found:
+        from notabug import __version__
+
+        return Found(version=__version__, where="this package")
+
+    def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        from notabug.references.raster.picture import RasterOptions, raster_picture
+
+        check_supported(self, scene)
+        options = RasterOptions(
+            depth=self.depth,
+            normals=self.normals,
+            affine=self.affine,
+            shadow_map=self.shadow_map,
+            shadow_bias=self.shadow_bias,
+        )
+        samples = grid(quality) ** 2
+        start = time.perf_counter()
+        pixels = raster_picture(scene, options, samples=samples, dtype=self.precision, threads=quality.threads)
+        seed = quality.seeds[0] if quality.seeds else 0
+        image = picture_path(out, self.name, seed)
+        write_exr(image, pixels)
+        return (Render(image, seed, samples, time.perf_counter() - start),)
+
+
+def grid(quality: Quality) -> int:
+    """Samples along a pixel's edge: the smallest square grid that holds ``quality.samples``, one sample by default."""
+    return max(1, math.isqrt(max(1, quality.samples) - 1) + 1)
+
+
+register(ZBuffer())
