@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
-from typing import cast
+from collections.abc import Iterator, Sequence
 
 from notabug.exit_codes import ExitCode
 from notabug.progress import console
@@ -13,23 +10,39 @@ from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 from notabug.selection import choose, parse_variants
 
-Build = Callable[[Scene], Path]  # writes a scene's references and says where
-Verify = Callable[[Scene], Iterable[str]]  # what is missing or differs, a sentence each
-
 
 def command(deed: str, sources: Sequence[str], variants: Sequence[str]) -> ExitCode:
-    """``build`` writes, ``verify`` only reads; the code is REFERENCE where something is missing or differs."""
-    store = importlib.import_module("notabug.references.store")
+    """``build`` writes, ``verify`` only reads; the code is REFERENCE where something is missing or differs.
+
+    Without ``variants`` every one of each set is taken.
+    """
+    from notabug.references.store import ReferenceMissingError, build, compare
+
+    out = console(stderr=True)
     code = ExitCode.OK
-    for choice in choose(sources, parse_variants(variants)):
-        scene = read_scene(choice.source, choice.variants)
+    for scene in _scenes(sources, variants):
         name = f"{scene.id} {scene.variant}".rstrip()
         if deed == "build":
-            console(stderr=True).print(f"{name}: {cast(Build, store.build)(scene)}", markup=False, soft_wrap=True)
+            out.print(f"{name}: {build(scene)}", markup=False, soft_wrap=True)
             continue
-        problems = list(cast(Verify, store.verify)(scene))
-        for problem in problems or ["as the code gives it"]:
-            console(stderr=True).print(f"{name}: {problem}", markup=False, soft_wrap=True)
-        if problems:
+        try:
+            found = compare(scene)
+        except ReferenceMissingError as missing:
+            out.print(str(missing), markup=False, soft_wrap=True)
+            code = ExitCode.REFERENCE
+            continue
+        out.print(f"{name}: {found}", markup=False, soft_wrap=True)
+        if not found.accepted:
             code = ExitCode.REFERENCE
     return code
+
+
+def _scenes(sources: Sequence[str], variants: Sequence[str]) -> Iterator[Scene]:
+    """The scenes asked for, each combination of variants once: a default may be named, or left out."""
+    seen = set()
+    for choice in choose(sources, parse_variants(variants), every_variant=not variants):
+        scene = read_scene(choice.source, choice.variants)
+        key = (scene.path, scene.variant)
+        if key not in seen:
+            seen.add(key)
+            yield scene

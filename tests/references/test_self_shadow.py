@@ -121,7 +121,8 @@ def compare(make: Any, rays: Any, mesh: Mesh, light: Any, eye: Any, smooth: Any,
     return {
         "lit": int(true.sum()), "darkened": int((true & ~drawn["forgiving"]).sum()),
         "darkened by facets": int((true & ~drawn["facets"]).sum()),
-        "real shadow": int(real.sum()), "lost": int((real & drawn["forgiving"]).sum()), "farthest": round(float(far), 4),
+        "real shadow": int(real.sum()), "lost": int((real & drawn["forgiving"]).sum()),
+        "farthest": round(float(far), 4),
     }  # fmt: skip
 
 

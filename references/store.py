@@ -1,0 +1,165 @@
+"""The reference corpus: one EXR for every scene and variant, to look at, to publish, and to check this code against.
+
+The judge does not read it: it predicts afresh. ``verify`` is how a change of the tracer, of a library or of a machine
+that moves a reference is noticed. Values are half floats, the mean over each pixel's footprint; the header says from
+what they came, and nothing in the file depends on when or where it was written.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from notabug import __version__
+from notabug.references.predict import configured
+from notabug.references.tracer.envelope import trace_envelope
+from notabug.references.tracer.jit import source_hash
+from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.picture import Picture, read_picture, write_exr
+from notabug.scenes_usd.scene import Scene
+
+CORPUS = Path(__file__).resolve().parent / "corpus"
+GRID, REFINE = 4, 8  # subsamples along each side of a pixel, and of one whose footprint is mixed
+TOLERANCE = 1  # units in the last place that another processor's powers and square roots may move a value by
+
+Halves = npt.NDArray[np.float16]
+
+_SAFE = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.,=+-]*")
+_EPOCH = "1970:01:01 00:00:00"  # the EXR writer would put the time of day
+
+
+class ReferenceMissingError(NotabugError):
+    """The corpus holds no reference for a scene and variant."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """How a stored reference differs from what this code gives.
+
+    ``pixels`` of them do, by at most ``ulps`` units in the last place of a half float. ``changed`` tells that the
+    scene's digest is not the one it was built from; alone that is accepted, for another processor may round the
+    transforms of a scene otherwise.
+    """
+
+    pixels: int
+    ulps: int
+    changed: bool = False
+
+    def __str__(self) -> str:
+        what = f"{self.pixels} pixels differ, at most {self.ulps} ulp" if self.pixels else "identical"
+        if self.accepted:
+            what += f" ({TOLERANCE} is accepted)" if self.pixels else ""
+            return what + (", although the scene's digest is another one" if self.changed else "")
+        why = "the scene changed since its reference was built" if self.changed else "the scene is unchanged"
+        return f"{what}; {why}: look at the new picture, then run `notabug references build`"
+
+    @property
+    def accepted(self) -> bool:
+        return self.ulps <= TOLERANCE
+
+
+def place(scene_id: str, variant: str = "") -> Path:
+    """The reference's file: ``corpus/<class>/<scene>/<variant or default>.exr``."""
+    parts = [*scene_id.split("/"), variant or "default"]
+    if len(parts) != 3 or not all(_SAFE.fullmatch(part) for part in parts):
+        raise NotabugError(
+            "the reference corpus holds the scenes of the corpus only",
+            where=f"{scene_id} {variant}".rstrip(),
+            expected="<class>/<scene>",
+            do="other scenes are predicted whenever they are judged and need no stored reference",
+        )
+    return CORPUS.joinpath(*parts[:2], f"{parts[2]}.exr")
+
+
+def read(scene_id: str, variant: str = "") -> Picture:
+    """The stored reference with its metadata. Raises ReferenceMissingError where there is none."""
+    path = place(scene_id, variant)
+    if not path.is_file():
+        chosen = "".join(f" --variant {each}" for each in variant.split(",") if each)
+        raise ReferenceMissingError(
+            "no reference is stored",
+            where=f"{scene_id} {variant}".rstrip(),
+            do=f"run `notabug references build {scene_id}{chosen}`",
+        )
+    return read_picture(path)
+
+
+def compute(scene: Scene) -> Halves:
+    """The reference (h, w, 3) of ``scene``, computed now, as it is stored."""
+    scene_meant, options = configured(scene, ())
+    mean = trace_envelope(scene_meant, options, grid=GRID, refine=REFINE).mean
+    with np.errstate(over="ignore"):
+        halves = mean.astype(np.float32).astype(np.float16)
+    if not np.isfinite(halves).all():
+        raise NotabugError(
+            "the reference does not fit into half floats",
+            where=f"{scene.id} {scene.variant}".rstrip(),
+            expected="at most 65504",
+            got=f"{float(np.max(mean)):g}",
+            do="lower the lights",
+        )
+    return halves
+
+
+def build(scene: Scene) -> Path:
+    """Compute the reference of ``scene`` and write it; the same code and libraries write the same bytes."""
+    path = place(scene.id, scene.variant)
+    pixels = compute(scene)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        writable = os.access(path.parent, os.W_OK)
+    except OSError:
+        writable = False
+    if not writable:
+        raise NotabugError(
+            "the reference corpus cannot be written to",
+            where=str(path.parent),
+            do="an installed package is read-only: build in a checkout, installed with `pip install -e .`",
+        )
+    write_exr(path, pixels.astype(np.float32), half=True, metadata=provenance(scene))
+    return path
+
+
+def provenance(scene: Scene) -> dict[str, str]:
+    """What the reference of ``scene`` follows from: the header of its file."""
+    return {
+        "DateTime": _EPOCH,
+        "notabug:scene": scene.id,
+        "notabug:variant": scene.variant,
+        "notabug:digest": scene.digest(),
+        "notabug:model": "reference",
+        "notabug:tracer": source_hash(Path(__file__).parent / "tracer"),
+        "notabug:samples": f"{GRID}x{GRID}, {REFINE}x{REFINE} where mixed",
+        "notabug:versions": f"notabug {__version__}, numba {numba.__version__}, numpy {np.__version__}, "
+        f"python {platform.python_version()}",
+    }
+
+
+def compare(scene: Scene) -> Comparison:
+    """Compute the reference of ``scene`` again and hold it against the stored one."""
+    stored = read(scene.id, scene.variant)
+    changed = stored.metadata.get("notabug:digest") != scene.digest()
+    computed = compute(scene)
+    if stored.pixels.shape != computed.shape:
+        return Comparison(computed.shape[0] * computed.shape[1], 0xFFFF, changed)
+    steps = np.abs(_ordered(stored.pixels.astype(np.float16)) - _ordered(computed))
+    return Comparison(int((steps > 0).any(axis=2).sum()), int(steps.max(initial=0)), changed)
+
+
+def verify(scene: Scene) -> list[str]:
+    """What is wrong with the stored reference of ``scene``: nothing where it is as computed, to TOLERANCE."""
+    found = compare(scene)
+    return [] if found.accepted else [str(found)]
+
+
+def _ordered(halves: Halves) -> npt.NDArray[np.int32]:
+    """The number of each half float in the order of all of them, so that neighbours differ by one; -0 equals 0."""
+    bits = halves.view(np.int16).astype(np.int32)
+    return np.where(bits < 0, -(bits & 0x7FFF), bits).astype(np.int32)
