@@ -137,7 +137,10 @@ def _looks_noisy(measured: Measured, found: Explanation) -> bool:
     r = total(measured.mean - found.target.value) / 3.0
     smooth = ~ndimage.binary_dilation(found.target.edge)
     bright = smooth & (largest(found.target.value) > 0)
-    if bright.sum() < 256 or float((found.significance.pixels & bright).sum()) < 0.05 * bright.sum():
+    off = r[found.significance.pixels & bright]
+    if bright.sum() < 256 or off.size < 0.05 * bright.sum():
+        return False
+    if not 0.05 < float((off > 0).mean()) < 0.95:  # all too dark, or all too bright: acne, or holes
         return False
     centred = np.where(bright, r - r[bright].mean(), 0.0)
     power = float((centred**2).sum()) / float(bright.sum())

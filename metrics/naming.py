@@ -44,9 +44,7 @@ def name_bug(
 
     Each fault is tried by itself, with each limitation, and with the set that ``found`` has.
     """
-    length = found.significance.excess
-    if length <= 0:
-        length = float("inf")
+    length = max(found.significance.excess, 1e-30)
     tried: list[Name] = []
     reference = predict(())
     for target in {id(each): each for each in (reference, found.target)}.values():

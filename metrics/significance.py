@@ -29,7 +29,7 @@ class Significance:
     pixels: Bools
     tiles: Bools
     z: Floats
-    excess: float  # sum over pixels of the residual beyond tolerance: the length of a bug leg
+    excess: float  # sum over significant pixels and tiles of the residual beyond tolerance: the length of a bug leg
     away: int  # significant pixels that no edge excuses
 
     @property
@@ -58,22 +58,22 @@ def significance(residual: Floats, measured: Measured, to: Admissible) -> Signif
     if not measured.noisy:
         z = largest(np.abs(residual) / to.tau)
         pixels = excess > 0
-        tile = np.zeros(1, np.bool_)
+        tile, faint = np.zeros(1, np.bool_), 0.0
     else:
         error = np.maximum(np.sqrt(measured.variance), FLOOR * to.tau)
         z = largest(beyond / error)
         p = np.minimum(1.0, CHANNELS * special.stdtr(measured.freedom, -z))
         pixels = discoveries(p) & (z > 0)
-        tile = _tiles(residual, measured, to)
+        tile, faint = _tiles(residual, measured, to)
     near = ndimage.binary_dilation(to.edge, np.ones((3, 3), bool), iterations=NEAR)
     away = int((pixels & ~near).sum())
     if measured.noisy and away <= 2:  # what the false discovery rate lets through
         away = 0
-    return Significance(pixels, tile, z, float(excess[pixels].sum()), away)
+    return Significance(pixels, tile, z, float(excess[pixels].sum()) + faint, away)
 
 
-def _tiles(residual: Floats, measured: Measured, to: Admissible) -> Bools:
-    """Tiles whose mean residual is faint in every pixel and yet beyond tolerance and noise."""
+def _tiles(residual: Floats, measured: Measured, to: Admissible) -> tuple[Bools, float]:
+    """Tiles whose mean residual is faint in every pixel and yet beyond tolerance and noise, and their excess."""
     smooth = (~to.edge)[..., None]
     count = np.maximum(tiles(smooth.astype(float)), 1.0)
     mean = np.abs(tiles(residual, smooth)) / count
@@ -82,4 +82,5 @@ def _tiles(residual: Floats, measured: Measured, to: Admissible) -> Bools:
     z = np.maximum(mean - tau, 0.0) / np.maximum(error, FLOOR * np.maximum(tau, 1e-30))
     enough = tiles(smooth.astype(float))[..., 0] >= TILE
     p = np.minimum(1.0, CHANNELS * special.ndtr(-largest(z)))
-    return np.asarray(discoveries(np.where(enough, p, 1.0)) & (largest(z) > 0))
+    found = np.asarray(discoveries(np.where(enough, p, 1.0)) & (largest(z) > 0))
+    return found, float(largest(np.maximum(mean - tau, 0.0) * count)[found].sum())

@@ -1,0 +1,97 @@
+"""Every fault model, drawn in-house, is called a bug of its own name: at pixel centres and in noisy pictures."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pytest
+
+from notabug.adapters.base import Quality
+from notabug.adapters.inhouse import InHouse
+from notabug.references.models.model import models
+from notabug.references.tracer.envelope import Envelope
+from notabug.scenes_usd.scene import Scene
+
+CENTRES = Quality(samples=1)
+NOISY = Quality(samples=64, seeds=(0, 1, 2, 3))
+
+SPHERE = ("light_gain", "no_shadow", "flat_normals", "normals_not_normalised")
+QUAD = ("light_gain", "affine_uv", "swapped_uv", "flipped_v", "shifted_uv")
+CARD = ("light_gain", "swapped_uv", "flipped_v", "shifted_uv")
+IDLE = {  # faults that cannot act: nothing there casts a shadow, and a card straight on has no perspective
+    "texture/uneven_quad": ("no_shadow",),
+    "calibration/card": ("no_shadow", "affine_uv"),
+}
+PLACES = [
+    ("terminator/sphere", {"tessellation": "24x12"}, SPHERE),
+    ("terminator/sphere", {"tessellation": "16x8"}, SPHERE),
+    ("texture/uneven_quad", {"split": "quad"}, QUAD),
+    ("texture/uneven_quad", {"split": "split13"}, QUAD),
+    ("calibration/card", {}, CARD),
+]
+ALIKE = {("calibration/card", "flipped_v"): {"upside_down"}}  # the card fills the picture evenly: the same picture
+CASES = [
+    pytest.param(name, variants, fault, id="-".join([name, *variants.values(), fault]))
+    for name, variants, faults in PLACES
+    for fault in faults
+]
+
+
+def test_every_fault_is_tried() -> None:
+    """Of a new fault model, this file must say where it acts and where it cannot."""
+    from notabug.scenes_usd.reader import read_scene
+
+    for name, variants, faults in PLACES:
+        known = {each.name for each in models(read_scene(name, variants)) if each.kind == "fault"}
+        assert known == set(faults) | set(IDLE.get(name, ())), name
+
+
+def _same(one: Envelope, other: Envelope) -> bool:
+    return all(np.array_equal(getattr(one, each.name), getattr(other, each.name)) for each in fields(Envelope))
+
+
+@pytest.mark.parametrize(("name", "fault"), [(name, fault) for name, faults in IDLE.items() for fault in faults])
+def test_a_fault_that_cannot_act_predicts_the_reference(studio: Any, name: str, fault: str) -> None:
+    scene = studio.scene(name)
+    faulty, right = studio.predicted(scene, fault), studio.predicted(scene)
+    if fault == "affine_uv":  # the same uv by another sum
+        assert np.abs(faulty.mean - right.mean).max() < 1e-6
+        assert np.abs(faulty.point - right.point).max() < 1e-6
+    else:
+        assert _same(faulty, right)
+    verdict = studio.verdict(studio.draw(InHouse(faults=(fault,)), scene, CENTRES), scene, studio.point)
+    assert verdict.word == "pass"
+
+
+def _check(studio: Any, scene: Scene, fault: str, quality: Quality) -> None:
+    adapter = InHouse(faults=(fault,))
+    verdict = studio.verdict(studio.draw(adapter, scene, quality), scene, adapter.declaration(quality))
+    bug = verdict.findings[0] if verdict.findings else None
+    said = (
+        "nothing" if bug is None else f"{bug.name}, {bug.area_px:.0f} px, z {bug.z:.0f}, {'+'.join(verdict.triggers)}"
+    )
+    rest = ", ".join(each.name for each in verdict.findings[1:])
+    print(f"\n{scene.id} {scene.variant} {fault} at {quality.samples} spp: {verdict.word}: {said}; beside it: {rest}")
+    assert verdict.word == "bug"
+    assert bug is not None
+    assert bug.name in {fault, *ALIKE.get((scene.id, fault), ())}
+
+
+@pytest.mark.parametrize(("name", "variants", "fault"), CASES)
+def test_at_pixel_centres(studio: Any, name: str, variants: dict[str, str], fault: str) -> None:
+    _check(studio, studio.scene(name, **variants), fault, CENTRES)
+
+
+@pytest.mark.parametrize(("name", "variants", "fault"), CASES)
+def test_in_four_noisy_pictures(studio: Any, name: str, variants: dict[str, str], fault: str) -> None:
+    _check(studio, studio.scene(name, **variants), fault, NOISY)
+
+
+@pytest.mark.parametrize(("name", "variants"), [(name, variants) for name, variants, _ in PLACES])
+def test_without_a_fault_noisy_pictures_are_no_bug(studio: Any, name: str, variants: dict[str, str]) -> None:
+    scene, adapter = studio.scene(name, **variants), InHouse()
+    verdict = studio.verdict(studio.draw(adapter, scene, NOISY), scene, adapter.declaration(NOISY))
+    assert verdict.word in ("pass", "limitation")
+    assert not verdict.triggers

@@ -1,0 +1,513 @@
+"""Laws of the metrics and of the verdict, on small pictures made up by hypothesis, and one checked number for each."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from scipy import ndimage, stats
+
+from notabug.adapters.base import Declaration
+from notabug.judging import decode_srgb
+from notabug.metrics.admissible import admissible, laplacian
+from notabug.metrics.causes import encoded, gain_message, zoomed
+from notabug.metrics.judge import judge, regions
+from notabug.metrics.noise import TILE, measure, tiles
+from notabug.metrics.perceive import delta_itp, flip, jnd
+from notabug.metrics.significance import discoveries
+from notabug.metrics.valid import box, invalid
+from notabug.metrics.verdict import Finding, Leg, Verdict
+from notabug.references.tracer.envelope import Envelope
+from notabug.scenes_usd.scene import Camera, Card, Scene
+
+Floats = npt.NDArray[np.floating]
+
+POINT = Declaration("float64", "point", 0.0, 2.0**-24, relative_quantum=True, noisy=False)
+NOISY = replace(POINT, filter="box", radius=0.5, noisy=True)
+FEW = settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+MANY = settings(FEW, max_examples=100)
+
+seeds = st.integers(0, 2**32 - 1)
+sizes = st.sampled_from([(32, 32), (40, 56), (64, 48)])
+
+
+def _scene(height: int, width: int) -> Scene:
+    """An empty scene: nothing in it, so no model of a limitation or a fault."""
+    camera = Camera("/Camera", np.eye(4), 1.0, 1.0, 0.1, 10.0)
+    return Scene("made/up", Path("up.usda"), {}, Card("calibration", ""), camera, width, height, (), (), ())
+
+
+def _envelope(picture: Floats, edge: npt.NDArray[np.bool_] | None = None) -> Envelope:
+    h, w = picture.shape[:2]
+    none = np.zeros((h, w))
+    edge = np.zeros((h, w), np.bool_) if edge is None else edge
+    return Envelope(
+        picture, picture, np.zeros_like(picture), picture, picture, np.zeros((h, w), np.int64), edge, none, none
+    )
+
+
+def _smooth(seed: int, height: int, width: int) -> Floats:
+    """A bright smooth picture, (h, w, 3), of values in 0.1 .. 0.8."""
+    rng = np.random.default_rng(seed)
+    picture = ndimage.gaussian_filter(rng.standard_normal((height, width, 3)), (6, 6, 0), mode="wrap")
+    return 0.1 + 0.7 * (picture - picture.min()) / np.ptp(picture)
+
+
+def _judge(pictures: list[Floats], truth: Floats | Envelope, declaration: Declaration, **options: Any) -> Verdict:
+    envelope = truth if isinstance(truth, Envelope) else _envelope(truth)
+    scene = _scene(*envelope.mean.shape[:2])
+    with mock.patch("notabug.metrics.judge.predict", return_value=envelope):
+        return judge(pictures, scene, declaration, **{"perceive": False} | options).verdict
+
+
+# ---- the verdict
+
+
+@FEW
+@given(seeds, sizes, st.sampled_from(["point", "box", "tent", "gaussian", "unknown"]))
+def test_the_reference_passes(seed: int, size: tuple[int, int], filter_name: Any) -> None:
+    truth = _smooth(seed, *size)
+    declaration = replace(POINT, filter=filter_name, radius=0.0 if filter_name == "point" else 1.0)
+    for copies in (1, 3):
+        verdict = _judge([truth] * copies, truth, declaration, perceive=True)
+        assert (verdict.word, verdict.findings, verdict.triggers) == ("pass", (), ())
+        assert (verdict.legs["bug"], verdict.legs["limitation"]) == (Leg(), Leg())
+        assert verdict.numbers["rmse"] < 1e-7
+
+
+@FEW
+@given(seeds, sizes, st.integers(1, 40), st.integers(1, 200), st.floats(-1.0, 1.0))
+def test_more_wrong_pixels_never_turn_a_bug_into_a_pass(
+    seed: int, size: tuple[int, int], few: int, more: int, by: float
+) -> None:
+    truth = _smooth(seed, *size)
+    order = np.random.default_rng(seed).permutation(size[0] * size[1])
+    words = []
+    for count in (0, few, few + more):
+        picture = truth.copy().reshape(-1, 3)
+        picture[order[:count]] *= 1.0 + by
+        words.append(_judge([picture.reshape(truth.shape)], truth, POINT).word)
+    assert words[0] == "pass"
+    assert words in (["pass"] * 3, ["pass", "pass", "bug"], ["pass", "bug", "bug"])
+    assert words[1] == "bug" or abs(by) < 0.03
+
+
+@FEW
+@given(seeds, st.integers(-12, 12), st.sampled_from(["none", "pixels", "gain", "shift", "noise"]))
+def test_exposure_does_not_move_the_verdict(seed: int, stops: int, wrong: str) -> None:
+    """Light is linear: a scene and its picture at another exposure are judged alike."""
+    truth = _smooth(seed, 48, 48)
+    rng = np.random.default_rng(seed)
+    pictures = [truth.copy()]
+    if wrong == "pixels":
+        pictures[0][10:14, 20:30] *= 1.3
+    elif wrong == "gain":
+        pictures[0] *= 1.02
+    elif wrong == "shift":
+        pictures[0] = np.roll(truth, 2, axis=1)
+    elif wrong == "noise":
+        pictures = [truth * (1 + 0.01 * rng.standard_normal(truth.shape)) for _ in range(4)]
+    declaration = NOISY if wrong == "noise" else POINT
+    scale = 2.0**stops
+    plain = _judge(pictures, truth, declaration)
+    exposed = _judge([each * scale for each in pictures], truth * scale, declaration)
+    assert (plain.word, plain.triggers) == (exposed.word, exposed.triggers)
+    if wrong not in ("gain", "shift"):  # whose names depend on what display white would clip
+        assert [each.name for each in plain.findings] == [each.name for each in exposed.findings]
+    assert (plain.word == "bug") == (wrong in ("pixels", "gain", "shift"))
+
+
+def _noise(rng: np.random.Generator, truth: Floats, sigma: float, blur: float) -> Floats:
+    """Noise like a renderer's, skewed and never negative: its deviation is ``sigma`` times the value.
+
+    ``blur`` spreads the samples over pixels as a wide filter does, here by a Gaussian of that width.
+    """
+    spread = sigma * 2.0 * np.sqrt(np.pi) * blur if blur else sigma  # before the filter takes it down
+    noise = rng.gamma(spread**-2, spread**2, truth.shape)
+    return truth * (ndimage.gaussian_filter(noise, (blur, blur, 0), mode="wrap") if blur else noise)
+
+
+@pytest.mark.parametrize("blur", [0.0, 0.6, 1.2])
+def test_clean_noise_is_never_a_bug(blur: float) -> None:
+    """160 clean sets of pictures for each width of the filter; sigma from a twentieth of the tolerance to 75 of it."""
+    words: dict[str, int] = {}
+    alarms = []
+    for seed in range(160):
+        rng = np.random.default_rng((seed, int(10 * blur)))
+        truth = _smooth(seed, 64, 64)
+        sigma, count = float(10 ** rng.uniform(-3.7, -0.5)), int(rng.choice([2, 3, 4, 8, 16]))
+        verdict = _judge([_noise(rng, truth, sigma, blur) for _ in range(count)], truth, NOISY)
+        words[verdict.word] = words.get(verdict.word, 0) + 1
+        if verdict.word == "bug":
+            alarms.append((seed, sigma, count, verdict.triggers, verdict.numbers["kappa"], verdict.numbers["gain"]))
+    print(f"\nblur {blur}: {words}; false alarms {alarms}")
+    assert not alarms
+    assert words["pass"] > 60
+
+
+def test_correlated_noise_needs_kappa() -> None:
+    """What a wide filter does: without kappa the tile test would call such pictures bugs."""
+    rng = np.random.default_rng(5)
+    truth = _smooth(5, 64, 64)
+    sharp = measure([_noise(rng, truth, 0.05, 0.0) for _ in range(8)], np.zeros((64, 64), bool))
+    wide = measure([_noise(rng, truth, 0.05, 1.2) for _ in range(8)], np.zeros((64, 64), bool))
+    assert sharp.kappa < 1.5
+    # white noise under a Gaussian of width s has its variance times 1 / (4 pi s^2), a tile's mean keeps its own
+    assert wide.kappa == pytest.approx(4 * np.pi * 1.2**2, rel=0.35)
+
+
+@FEW
+@given(seeds, st.sampled_from([2, 4, 8]), st.floats(0.02, 0.2))
+def test_a_bug_shows_through_noise(seed: int, count: int, sigma: float) -> None:
+    rng = np.random.default_rng(seed)
+    truth = _smooth(seed, 48, 48)
+    wrong = truth.copy()
+    wrong[16:32, 16:32] *= 1.0 + max(6 * sigma, 0.1)
+    verdict = _judge([_noise(rng, wrong, sigma, 0.0) for _ in range(count)], truth, NOISY)
+    assert verdict.word == "bug"
+    x0, y0, x1, y1 = verdict.findings[0].region
+    assert x0 < 32
+    assert y0 < 32
+    assert x1 > 16
+    assert y1 > 16
+
+
+@FEW
+@given(seeds, st.floats(0.03, 0.5))
+def test_one_noisy_picture_is_inconclusive(seed: int, sigma: float) -> None:
+    """Declared noisy or found to be so: never a bug for its noise."""
+    truth = _smooth(seed, 48, 48)
+    picture = _noise(np.random.default_rng(seed), truth, sigma, 0.0)
+    for declaration in (NOISY, POINT, replace(POINT, filter="unknown", radius=2.0)):
+        verdict = _judge([picture], truth, declaration)
+        assert verdict.word == "inconclusive"
+        assert "two" in verdict.message
+        assert "seeds" in verdict.message
+        assert not verdict.findings
+
+
+def test_one_picture_of_a_noisy_renderer_passes_where_nothing_is_wrong() -> None:
+    truth = _smooth(1, 48, 48)
+    assert _judge([truth], truth, NOISY).word == "pass"
+    assert _judge([truth * 1.1], truth, NOISY).word == "inconclusive"
+
+
+@pytest.mark.parametrize("factor", [0.0, 0.5, 3.0])
+def test_specks_of_one_sign_are_no_noise(factor: float) -> None:
+    """A tenth of the pixels too dark, as acne is: noise errs to both sides."""
+    truth = _smooth(2, 64, 64)
+    picture = truth.copy()
+    picture[np.random.default_rng(2).random((64, 64)) < 0.1] *= factor
+    assert _judge([picture], truth, POINT).word == "bug"
+
+
+def test_too_noisy_says_how_many_samples_would_decide() -> None:
+    """And with so many samples it is decided: the variance falls with their number."""
+    truth, rng = _smooth(3, 64, 64), np.random.default_rng(3)
+    verdict = _judge([_noise(rng, truth, 0.3, 0.0) for _ in range(4)], truth, NOISY)
+    assert verdict.word == "inconclusive"
+    factor = float(verdict.message.split(":")[1].split()[0])
+    assert 1.0 < factor < 1000.0
+    for share, word in ((0.5, "inconclusive"), (1.3, "pass")):
+        sigma = 0.3 / np.sqrt(share * factor)
+        assert _judge([_noise(rng, truth, sigma, 0.0) for _ in range(4)], truth, NOISY).word == word
+
+
+def test_numbers_of_a_verdict() -> None:
+    """Worked by hand: one pixel of 1,024 off by 0.3 in every channel."""
+    truth = np.full((32, 32, 3), 0.5)
+    picture = truth.copy()
+    picture[4, 7] = 0.8
+    verdict = _judge([picture], truth, POINT, perceive=True)
+    assert (verdict.word, verdict.triggers, verdict.findings[0].region) == ("bug", ("pixels",), (7, 4, 8, 5))
+    numbers = verdict.numbers
+    assert numbers["rmse"] == pytest.approx(0.3 / 32, rel=1e-5)
+    assert numbers["max"] == pytest.approx(0.3, rel=1e-5)
+    assert numbers["rel_mse"] == pytest.approx(0.09 / 0.26 / 1024, rel=1e-5)
+    assert numbers["bug_pixels"] == verdict.legs["bug"].pixels == 1
+    assert verdict.findings[0].z == pytest.approx(0.3 / (0.004 * 0.5 + 5e-4 * 0.5), rel=1e-3)  # in tolerances
+    assert verdict.findings[0].jnd == pytest.approx(float(delta_itp(truth[4, 7:8], picture[4, 7:8])[0]), rel=1e-3)
+
+
+def test_a_gain_is_measured() -> None:
+    for gain in (0.97, 1.02, np.pi):
+        truth = _smooth(9, 64, 64)
+        verdict = _judge([truth * gain], truth, POINT)
+        assert (verdict.word, verdict.findings[0].name) == ("bug", "light_gain")
+        assert f"{gain:.4f}" in verdict.message
+    assert "1/pi is missing" in gain_message(np.pi)
+    assert "1/pi too many" in gain_message(1 / np.pi)
+
+
+@pytest.mark.parametrize("filter_name", ["tent", "gaussian", "unknown"])
+def test_a_faint_gain_in_noise_is_found_by_all_pixels_together(filter_name: Any) -> None:
+    """1 % under 3 % of noise: no single pixel can tell."""
+    truth, rng = _smooth(11, 64, 64), np.random.default_rng(11)
+    declaration = replace(NOISY, filter=filter_name, radius=1.0)
+    verdict = _judge([_noise(rng, 1.01 * truth, 0.03, 0.0) for _ in range(4)], truth, declaration)
+    assert verdict.word == "bug"
+    assert verdict.findings[0].name == "light_gain"
+
+
+@pytest.mark.parametrize("bad", ["nan", "size", "channels", "negative"])
+def test_no_picture_is_refused_before_anything_is_computed(bad: str) -> None:
+    picture = np.full((32, 48, 3), 0.5)
+    change = {
+        "nan": lambda p: np.where(np.arange(48)[None, :, None] == 3, np.nan, p),
+        "size": lambda p: p[:16],
+        "channels": lambda p: p[..., :1],
+        "negative": lambda p: np.where(np.arange(48)[None, :, None] == 3, -1.0, p),
+    }[bad]
+    names = {"nan": "non_finite", "size": "wrong_size", "channels": "wrong_channels", "negative": "negative"}
+    assert invalid([picture], 32, 48) is None
+    found = invalid([picture, change(picture)], 32, 48)
+    assert found is not None
+    assert found.name == names[bad]
+    verdict = _judge([picture, change(picture)], picture, POINT, perceive=True)
+    assert (verdict.word, verdict.triggers) == ("bug", ("invalid",))
+    json.dumps(verdict.as_dict())
+
+
+# ---- perception
+
+
+def _pq(luminance: npt.ArrayLike) -> Floats:
+    """SMPTE ST 2084 (ITU-R BT.2100-2, table 4), the inverse EOTF."""
+    m1, m2, c1, c2, c3 = 2610 / 16384, 2523 / 4096 * 128, 3424 / 4096, 2413 / 4096 * 32, 2392 / 4096 * 32
+    y = (np.asarray(luminance, float) / 1e4) ** m1
+    return ((c1 + c2 * y) / (1 + c3 * y)) ** m2
+
+
+def _itp(linear: Floats) -> Floats:
+    """ITU-R BT.2087 (matrix to BT.2020), BT.2100 (ICtCp), BT.2124 (ITP: half of Ct); white at 100 cd/m^2."""
+    wide = np.array([[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0114], [0.0164, 0.0880, 0.8956]])
+    lms = np.array([[1688, 2146, 262], [683, 2951, 462], [99, 309, 3688]]) / 4096
+    ictcp = np.array([[2048, 2048, 0], [6610, -13613, 7003], [17933, -17390, -543]]) / 4096
+    return _pq(100.0 * linear @ wide.T @ lms.T) @ ictcp.T * [1.0, 0.5, 1.0]
+
+
+colours = hnp.arrays(np.float64, (7, 3), elements=st.floats(0.0, 4.0))
+
+
+def test_delta_itp_of_published_greys() -> None:
+    """For greys it is 720 times the step in PQ; ITU-R BT.2408, table 1: 100 cd/m^2 is 51 %, 1,000 is 75 %."""
+    grey = np.array([[0.0] * 3, [1.0] * 3, [10.0] * 3])
+    step = np.diff(_pq([0.0, 100.0, 1000.0])) * 720
+    assert step / 720 == pytest.approx([0.508, 0.752 - 0.508], abs=1e-3)
+    assert delta_itp(grey[:-1], grey[1:]) == pytest.approx(step, rel=1e-3)
+
+
+@MANY
+@given(colours, colours)
+def test_delta_itp_agrees_with_the_recommendation(one: Floats, other: Floats) -> None:
+    wanted = 720 * np.linalg.norm(_itp(one) - _itp(other), axis=1)
+    # the recommendation prints its matrix with four digits, which PQ magnifies near black
+    assert delta_itp(one, other) == pytest.approx(wanted, rel=5e-3, abs=0.7)
+
+
+@MANY
+@given(colours, colours, colours)
+def test_delta_itp_is_a_distance(a: Floats, b: Floats, c: Floats) -> None:
+    assert delta_itp(a, a) == pytest.approx(np.zeros(7))
+    assert delta_itp(a, b) == pytest.approx(delta_itp(b, a))
+    assert (delta_itp(a, c) <= delta_itp(a, b) + delta_itp(b, c) + 1e-9).all()
+
+
+def test_jnd_is_the_95th_percentile_over_the_mask() -> None:
+    black, grey = np.zeros((10, 10, 3)), np.zeros((10, 10, 3))
+    grey[0, :] = np.linspace(0.1, 1.0, 10)[:, None]
+    mask = np.zeros((10, 10), bool)
+    assert jnd(black, grey, mask) == 0.0
+    mask[0] = True
+    assert jnd(black, grey, mask) == pytest.approx(float(np.percentile(delta_itp(black[0], grey[0]), 95)))
+
+
+def test_flip_of_black_and_white() -> None:
+    """Andersson et al. 2020, sections 4.1 and 4.2.2, by hand: HyAB 100 on L* against the span from green to blue."""
+    green, blue = (87.7347, -86.1827, 83.1793), (32.2970, 79.1875, -107.8602)  # CIE L*a*b* of the sRGB primaries
+    (l1, a1, b1), (l2, a2, b2) = ((lab[0], 0.01 * lab[0] * lab[1], 0.01 * lab[0] * lab[2]) for lab in (green, blue))
+    largest = (abs(l1 - l2) + np.hypot(a1 - a2, b1 - b2)) ** 0.7
+    knee = 0.4 * largest
+    wanted = 0.95 + (100.0**0.7 - knee) / (largest - knee) * 0.05
+    found = flip(np.zeros((48, 48, 3)), np.ones((48, 48, 3)))
+    assert found == pytest.approx(np.full((48, 48), wanted), abs=2e-3)
+
+
+pictures = st.builds(_smooth, seeds, st.just(32), st.just(32))
+
+
+@FEW
+@given(pictures, pictures)
+def test_flip_is_symmetric_and_in_range(one: Floats, other: Floats) -> None:
+    assert flip(one, one).max() == 0.0
+    assume(not np.array_equal(one, other))
+    there = flip(one, other)
+    assert there.shape == (32, 32)
+    assert there == pytest.approx(flip(other, one), abs=1e-6)
+    assert 0.0 <= there.min() <= there.max() <= 1.0
+    assert there.max() > 0.0
+
+
+@FEW
+@given(pictures, st.floats(0.02, 0.2), st.floats(1.5, 4.0))
+def test_flip_grows_with_the_step(picture: Floats, step: float, times: float) -> None:
+    """An even step on grey is only a step in lightness."""
+    grey = np.full_like(picture, 0.2)
+    assert flip(grey, grey + step).mean() < flip(grey, grey + times * step).mean()
+
+
+# ---- the parts
+
+
+probabilities = hnp.arrays(np.float64, st.integers(1, 300), elements=st.floats(1e-6, 1.0))
+
+
+@MANY
+@given(probabilities, st.floats(0.1, 6.0), st.sampled_from([0.01, 0.05, 0.2]))
+def test_discoveries_are_benjamini_and_hochbergs(p: Floats, power: float, rate: float) -> None:
+    p = p**power
+    adjusted = stats.false_discovery_control(p, method="bh")
+    assume(not np.isclose(adjusted, rate, rtol=1e-9, atol=0).any())
+    assert np.array_equal(discoveries(p, rate), adjusted <= rate)
+
+
+def test_a_worked_example_of_benjamini_and_hochberg() -> None:
+    """Benjamini and Hochberg 1995, section 4.1: fifteen p-values, four discoveries at .05."""
+    p = np.array([1, 4, 19, 95, 201, 278, 298, 344, 459, 3240, 4262, 5719, 6528, 7590, 10000]) / 10000
+    assert discoveries(p, 0.05).sum() == 4
+    assert discoveries(p.reshape(3, 5), 0.05).shape == (3, 5)
+    assert not discoveries(np.ones((4, 4))).any()
+
+
+@MANY
+@given(hnp.arrays(np.float64, hnp.array_shapes(min_dims=2, max_dims=3, max_side=50), elements=st.floats(-1, 1)))
+def test_tiles_sum_what_they_cover(values: Floats) -> None:
+    found = tiles(values)
+    assert found.shape[:2] == tuple(-(-each // TILE) for each in values.shape[:2])
+    for ty in range(found.shape[0]):
+        for tx in range(found.shape[1]):
+            part = values[ty * TILE : (ty + 1) * TILE, tx * TILE : (tx + 1) * TILE]
+            assert found[ty, tx] == pytest.approx(part.sum(axis=(0, 1)), abs=1e-9)
+    assert tiles(values, np.zeros(values.shape, bool)).max() == 0.0
+
+
+@FEW
+@given(seeds, st.sampled_from([2, 4, 8]))
+def test_the_measured_variance_is_that_of_the_mean(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    stack = [0.5 + 0.1 * rng.standard_normal((48, 48, 3)) for _ in range(count)]
+    found = measure(stack, np.zeros((48, 48), bool))
+    assert found.mean == pytest.approx(np.mean(stack, axis=0), abs=1e-6)
+    assert float(found.variance.mean()) == pytest.approx(0.01 / count, rel=0.1)
+    assert (found.freedom, found.seeds, found.noisy) == (12.5 * (count - 1), count, True)
+    assert found.variance.min() >= 0.0
+    # equal pictures are one picture
+    assert measure([stack[0]] * count, np.zeros((48, 48), bool)).seeds == 1
+
+
+@pytest.mark.parametrize(
+    ("linear", "stored"), [(0.0, 0.0), (0.0031308, 0.04045), (0.18, 0.461356), (0.5, 0.735357), (1.0, 1.0)]
+)
+def test_srgb_encoding(linear: float, stored: float) -> None:
+    """IEC 61966-2-1; mid grey 0.18 is stored as 0.461356, that is 118 of 255."""
+    assert float(encoded(np.array(linear))) == pytest.approx(stored, abs=1e-5)
+    assert float(decode_srgb(np.array(stored))) == pytest.approx(linear, abs=1e-5)
+
+
+@MANY
+@given(hnp.arrays(np.float64, (5, 3), elements=st.floats(0, 1)))
+def test_srgb_round_trip(linear: Floats) -> None:
+    assert decode_srgb(encoded(linear)) == pytest.approx(linear, abs=1e-6)
+    assert (np.diff(encoded(np.sort(linear, axis=0)), axis=0) >= 0).all()
+
+
+def test_laplacian_and_zoom() -> None:
+    y, x = np.mgrid[:9, :9].astype(float)
+    bowl = np.repeat((x * x + 3 * y * y)[..., None], 3, axis=2)
+    assert laplacian(bowl)[2:-2, 2:-2] == pytest.approx(np.full((5, 5, 3), 8.0))  # 2 + 6
+    ramp = np.repeat((x - 4)[..., None], 3, axis=2)
+    assert zoomed(ramp, 2.0)[4, :, 0] == pytest.approx((x[0] - 4) / 2)  # twice as large: half the slope
+
+
+def test_tolerance_is_the_stated_sum() -> None:
+    """tau = .004 R + 5e-4 max R + .55 of the file's step, METRICS.md step 2."""
+    truth = np.linspace(0.1, 0.9, 16 * 3).reshape(4, 4, 3)
+    png = replace(POINT, quantum=1 / 255, relative_quantum=False)
+    assert admissible(_envelope(truth), png).tau == pytest.approx(0.004 * truth + 5e-4 * 0.9 + 0.55 / 255)
+    half = replace(POINT, quantum=2.0**-11)
+    assert admissible(_envelope(truth), half).tau == pytest.approx(truth * (0.004 + 0.55 / 2048) + 5e-4 * 0.9)
+
+
+# ---- regions and records
+
+masks = hnp.arrays(np.bool_, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=30))
+
+
+@MANY
+@given(masks)
+def test_regions_cover_the_mask(mask: npt.NDArray[np.bool_]) -> None:
+    found = regions(mask)
+    covered = np.zeros_like(mask)
+    for x0, y0, x1, y1 in found:
+        assert mask[y0:y1, x0:x1].any()
+        covered[y0:y1, x0:x1] = True
+    assert bool(found) == mask.any()
+    if len(found) < 12:
+        assert covered[mask].all()
+    x0, y0, x1, y1 = box(mask)
+    assert mask[y0:y1, x0:x1].sum() == mask.sum()
+    assert all(x0 <= a and y0 <= b and c <= x1 and d <= y1 for a, b, c, d in found)
+
+
+def test_regions_by_size_and_distance() -> None:
+    mask = np.zeros((40, 40), bool)
+    mask[2:4, 2:4] = mask[20:30, 5:15] = True
+    assert regions(mask) == ((5, 20, 15, 30), (2, 2, 4, 4))
+    mask[3, 6] = True  # two pixels further right: the same part
+    assert regions(mask) == ((5, 20, 15, 30), (2, 2, 7, 4))
+    mask[3, 20] = True
+    assert len(regions(mask)) == 3
+    dust = np.zeros((100, 100), bool)
+    dust[::10, ::10] = True
+    assert len(regions(dust)) == 12
+
+
+numbers = st.floats(allow_nan=False, allow_infinity=False)
+boxes = st.tuples(*[st.integers(0, 4096)] * 4)
+findings = st.builds(
+    Finding,
+    kind=st.sampled_from(["limitation", "convention", "bug"]),
+    name=st.text(),
+    area_px=numbers,
+    region=boxes,
+    jnd=numbers,
+    z=numbers,
+    visible=st.booleans(),
+    message=st.text(),
+    regions=st.lists(boxes, max_size=3).map(tuple),
+)
+legs = st.builds(Leg, pixels=st.integers(0, 10**7), flip=numbers, flip_max=numbers, itp=numbers)
+verdicts = st.builds(
+    Verdict,
+    word=st.sampled_from(["pass", "limitation", "bug", "inconclusive", "unsupported", "error"]),
+    findings=st.lists(findings, max_size=3).map(tuple),
+    legs=st.fixed_dictionaries({"limitation": legs, "bug": legs}),
+    triggers=st.lists(st.sampled_from(["pixels", "tile", "gain", "shift", "invalid"]), max_size=3).map(tuple),
+    message=st.text(),
+    numbers=st.dictionaries(st.text(), numbers, max_size=4),
+)
+
+
+@MANY
+@given(verdicts)
+def test_a_verdict_survives_json(verdict: Verdict) -> None:
+    assert Verdict.from_dict(json.loads(json.dumps(verdict.as_dict(), allow_nan=False))) == verdict
