@@ -26,12 +26,24 @@ class Options:
     none. normals : interpolated normals are ``unit`` or left ``raw``, i.e. not normalised again.
     silhouette : an interpolated normal that faces away from the viewer is kept, flipped, or painted black.
     affine : interpolate uv in screen space (n-gons must have been cut into triangles).
+    raw_vectors : highlights are computed from vectors that were not normalised.
+    uncut : highlights go on where N.L < 0.
+    mirrored_highlight : a highlight seen in a mirror uses the view vector of the mirror ray, its ``own``, of the
+        ``primary`` ray, or is ``lost``.
+    retroreflection : a mirror ray goes back where it came from.
+    transparent_shadows : a surface with opacity ``attenuate``s a shadow ray by 1 - opacity and glass blocks it, both
+        are ``opaque``, or glass lets all light through, ``free``.
     """
 
     shadows: Literal["forgiving", "facets", "none"] = "forgiving"
     normals: Literal["unit", "raw"] = "unit"
     silhouette: Literal["keep", "flip", "black"] = "keep"
     affine: bool = False
+    raw_vectors: bool = False
+    uncut: bool = False
+    mirrored_highlight: Literal["own", "primary", "lost"] = "own"
+    retroreflection: bool = False
+    transparent_shadows: Literal["attenuate", "opaque", "free"] = "attenuate"
 
     def encoded(self) -> npt.NDArray[np.int64]:
         """The switches in the order of the columns in render.py."""
@@ -41,6 +53,11 @@ class Options:
                 ("unit", "raw").index(self.normals),
                 ("keep", "flip", "black").index(self.silhouette),
                 int(self.affine),
+                int(self.raw_vectors),
+                int(self.uncut),
+                ("own", "primary", "lost").index(self.mirrored_highlight),
+                int(self.retroreflection),
+                ("attenuate", "opaque", "free").index(self.transparent_shadows),
             ]
         )
 

@@ -144,7 +144,7 @@ def _light(
     if options.shadows != "none" and cosine > 0:
         share, spared = transmittance(
             flat, flat.spheres, flat.secondary, *at, *to, start, distance, triangle, leaves,
-            options.shadows == "forgiving", side, cosine, stack,
+            options.shadows == "forgiving", side, cosine, options.encoded()[-1], stack,
         )  # fmt: skip
         arrays = (flat.bounds, flat.child, flat.size, flat.points, flat.face)
         face = flat.face[triangle] if triangle >= 0 else -1
@@ -156,7 +156,8 @@ def _light(
                 blocker, blocked_at = scene.objects[flat.spheres.object[j]].path, ts
     e = light[4:7] * falloff
     lit = share * max(cosine, 0.0) / math.pi
-    shine = float(highlight(flat.lobes, material, *normal, *to, *-d)) if cosine > 0 else 0.0
+    raw = 0.0 if not options.raw_vectors else distance if light[0] == 0 else 1.0
+    shine = float(highlight(flat.lobes, material, *normal, *to, *-d, raw)) if cosine > 0 or options.uncut else 0.0
     tint = flat.lobes.specular[material, :3] if flat.lobes is not None else np.zeros(3)
     return LightTerms(
         path=scene.lights[k].path,

@@ -12,7 +12,7 @@ from notabug.references.tracer.shade import albedo, corner_weights, highlight, s
 from notabug.references.tracer.traverse import closest, closest_sphere, transmittance
 
 # Columns of the options array: see Options in envelope.py.
-SHADOWS, NORMALS, SILHOUETTE, AFFINE = range(4)
+SHADOWS, NORMALS, SILHOUETTE, AFFINE, RAW_VECTORS, UNCUT, MIRRORED, RETRO, TRANSPARENT = range(9)
 BOUNCES = 8
 PENDING = 16  # rays that may wait in the recursion's stack
 
@@ -45,6 +45,7 @@ def radiance(flat, quads, textures, spheres, lobes, secondary, option, ox, oy, o
     rays[0, 3], rays[0, 4], rays[0, 5] = dx, dy, dz
     rays[0, 6], rays[0, 7], rays[0, 8] = one, one, one
     rays[0, 9], rays[0, 10], rays[0, 11] = zero, -one, -one  # depth, face and sphere that the ray leaves
+    wx, wy, wz = -dx, -dy, -dz
     pending = 1
     unit = type(dx)(1.1920929e-07 if flat.points.itemsize == 4 else 2.220446049250313e-16)
     inverse_pi = type(dx)(1 / math.pi)
@@ -142,14 +143,14 @@ def radiance(flat, quads, textures, spheres, lobes, secondary, option, ox, oy, o
                 distance = type(dx)(math.inf)
                 falloff = one
             nl = nx * lx + ny * ly + nz * lz
-            if nl <= 0:
+            if nl <= 0 and not (option[UNCUT] and lobes is not None):
                 continue
             share = one
-            if option[SHADOWS] != 2:
+            if option[SHADOWS] != 2 and nl > 0:  # behind, an uncut highlight belongs to a shader without shadows
                 share, forgiven = transmittance(
                     flat, spheres, secondary, x, y, z, lx, ly, lz, start, distance, i,
                     ball if (gx * lx + gy * ly + gz * lz) * side > 0 else -1,
-                    option[SHADOWS] == 0, side, nl, stack,
+                    option[SHADOWS] == 0, side, nl, option[TRANSPARENT], stack,
                 )  # fmt: skip
                 forgiven_here = forgiven_here or forgiven
             if share <= 0:
@@ -158,11 +159,19 @@ def radiance(flat, quads, textures, spheres, lobes, secondary, option, ox, oy, o
             if lobes is not None:  # a highlight ends abruptly where N.L = 0; diffuse light does not
                 blocked |= 256 << k
             e = falloff * share * inverse_pi
-            h = highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz)
+            ux, uy, uz = vx, vy, vz
+            if depth > 0 and option[MIRRORED] == 1:  # the fault of one view vector for all rays: the camera's
+                ux, uy, uz = wx, wy, wz
+            raw = zero
+            if option[RAW_VECTORS]:
+                raw = distance if light[0] == 0 else one
+            h = highlight(lobes, material, nx, ny, nz, lx, ly, lz, ux, uy, uz, raw)
+            if depth > 0 and option[MIRRORED] == 2:
+                h = zero
             er, eg, eb = e * light[4], e * light[5], e * light[6]
-            sr += er * ar * nl
-            sg += eg * ag * nl
-            sb += eb * ab * nl
+            sr += er * ar * max(nl, zero)
+            sg += eg * ag * max(nl, zero)
+            sb += eb * ab * max(nl, zero)
             if lobes is not None:
                 sr += er * h * lobes.specular[material, 0]
                 sg += eg * h * lobes.specular[material, 1]
@@ -180,6 +189,8 @@ def radiance(flat, quads, textures, spheres, lobes, secondary, option, ox, oy, o
             nv = nx * vx + ny * vy + nz * vz
             two = type(dx)(2)
             mx, my, mz = two * nv * nx - vx, two * nv * ny - vy, two * nv * nz - vz
+            if option[RETRO]:
+                mx, my, mz = vx, vy, vz
             mr, mg, mb = c[1], c[2], c[3]
             if c[4] > 0 or c[5] > 0 or c[6] > 0:
                 eta = one / c[7] if side > 0 else c[7]

@@ -81,8 +81,11 @@ def albedo(flat, textures, material, u, v):
 
 
 @kernel
-def highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz):
-    """The lobe's value, without its colour: max(R.V, 0)^n (Phong 1975) or max(N.H, 0)^n (Blinn 1977); unit vectors."""
+def highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz, raw):
+    """The lobe's value, without its colour: max(R.V, 0)^n (Phong 1975) or max(N.H, 0)^n (Blinn 1977); unit vectors.
+
+    ``raw`` > 0 is the fault of vectors that were not normalised: R of a light vector of that length, H = (L + V)/2.
+    """
     zero = type(nx)(0)
     if lobes is None:
         return zero
@@ -93,9 +96,12 @@ def highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz):
     if kind == 1 or kind == 3:
         two = type(nx)(2)
         cosine = two * nl * (nx * vx + ny * vy + nz * vz) - (lx * vx + ly * vy + lz * vz)
+        if raw > zero:
+            cosine *= raw
     else:
         hx, hy, hz = lx + vx, ly + vy, lz + vz
-        cosine = (nx * hx + ny * hy + nz * hz) / math.sqrt(hx * hx + hy * hy + hz * hz)
+        length = math.sqrt(hx * hx + hy * hy + hz * hz) if raw <= zero else type(nx)(2)
+        cosine = (nx * hx + ny * hy + nz * hz) / length
     if cosine <= zero:
         return zero
     value = cosine ** lobes.specular[material, 3]

@@ -119,11 +119,19 @@ def sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz):
 
 
 @kernel
-def let_through(secondary, material, one):
-    """1 - the opacity of ``material``; without secondary rays in the scene every surface is opaque."""
+def let_through(secondary, material, transparent, one):
+    """1 - the opacity of ``material``; without secondary rays in the scene every surface is opaque.
+
+    ``transparent`` 1 takes transparent surfaces for opaque, 2 lets all light through glass.
+    """
     if secondary is None:
         return one - one
-    return one - secondary.coefficients[material, 0]
+    c = secondary.coefficients[material]
+    if transparent == 1:
+        return one - one
+    if transparent == 2 and (c[4] > 0 or c[5] > 0 or c[6] > 0):
+        return one
+    return one - c[0]
 
 
 @kernel
@@ -193,6 +201,7 @@ def transmittance(
     forgive,
     side,
     slope,
+    transparent,
     stack,
 ):
     """The share of light that reaches (ox, oy, oz) along a unit direction, and whether facets of its own were forgiven.
@@ -201,7 +210,8 @@ def transmittance(
     reference: where the facet turns its back to the light (the interpolated normal does not, or nobody would ask), its
     ray runs beneath the surface. Then hits on the same mesh are passed over where ``excused`` says so, and light into a
     ``hollow`` is held back; both count as forgiven. ``side`` is -1 where the point is seen from behind, ``slope`` its
-    N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity.
+    N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or as ``transparent`` has it
+    (see ``let_through``).
     """
     one, zero = type(dx)(1), type(dx)(0)
     light = one
@@ -238,7 +248,7 @@ def transmittance(
                     if own and excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):
                         forgiven = True
                         continue
-                    light *= let_through(secondary, flat.material[flat.object[i]], one)
+                    light *= let_through(secondary, flat.material[flat.object[i]], transparent, one)
                     if light <= zero:
                         return zero, False
     if spheres is not None:
@@ -248,7 +258,7 @@ def transmittance(
             t0, t1 = sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz)
             crossings = int(tmin < t0 < tmax) + int(tmin < t1 < tmax)
             for _ in range(crossings):
-                light *= let_through(secondary, flat.material[spheres.object[i]], one)
+                light *= let_through(secondary, flat.material[spheres.object[i]], transparent, one)
             if light <= zero:
                 return zero, False
     return light, forgiven
