@@ -41,7 +41,9 @@ def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured
     """The mean and pooled variance of ``pictures``; at ``edge`` pixels the larger of pooled and own variance.
 
     Variances are pooled over 5 x 5 pixels, which gives 12.5 (K - 1) degrees of freedom: few seeds often agree exactly
-    by chance, and an unpooled variance would then make any residual significant. All-equal pictures count as one.
+    by chance, and an unpooled variance would then make any residual significant. Filters that spread a sample over
+    kappa pixels leave fewer: squares of Gaussians with correlation rho are correlated by rho^2, whose sum over the
+    plane is half that of rho, kappa, for a Gaussian filter. All-equal pictures count as one.
     """
     stack = np.stack([np.asarray(each, np.float32) for each in pictures])
     mean = stack.mean(axis=0, dtype=np.float64).astype(np.float32)
@@ -55,4 +57,5 @@ def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured
     between = np.stack([tiles(each) for each in stack]).var(axis=0, ddof=1) / seeds / count**2
     within = tiles(own) / count**2
     kappa = max(1.0, float(between.sum() / within.sum())) if within.sum() > 0 else 1.0
-    return Measured(mean, np.maximum(variance, 0.0), 12.5 * (seeds - 1), kappa, seeds)
+    freedom = 12.5 * (seeds - 1) / max(1.0, kappa / 2.0)
+    return Measured(mean, np.maximum(variance, 0.0), freedom, kappa, seeds)

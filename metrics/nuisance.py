@@ -97,6 +97,7 @@ def _shift(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> 
         weight = np.minimum(1.0, 1.345 * scale / np.maximum(np.abs(r), 1e-12))
     before, after = float(np.abs(b).sum()), float(np.abs(b - a @ fit).sum())
     variance = float((weight * (b - a @ fit) ** 2).sum() / max(weight.sum(), 1.0))
+    variance *= measured.kappa
     error = float(np.sqrt(variance * np.diag(np.linalg.inv(normal + 1e-12 * np.trace(normal) * np.eye(3)))[:2].max()))
     if after > 0.75 * before:  # a shift explains the edges, or it is no shift
         return (0.0, 0.0), error

@@ -81,6 +81,7 @@ def _tiles(residual: Floats, measured: Measured, to: Admissible) -> tuple[Bools,
     error = np.sqrt(measured.kappa * tiles(measured.variance, smooth)) / count
     z = np.maximum(mean - tau, 0.0) / np.maximum(error, FLOOR * np.maximum(tau, 1e-30))
     enough = tiles(smooth.astype(float))[..., 0] >= TILE
-    p = np.minimum(1.0, CHANNELS * special.ndtr(-largest(z)))
+    freedom = enough.size * (measured.seeds - 1)  # from which kappa was estimated, were the channels' noise the same
+    p = np.minimum(1.0, CHANNELS * special.stdtr(freedom, -largest(z)))
     found = np.asarray(discoveries(np.where(enough, p, 1.0)) & (largest(z) > 0))
     return found, float(largest(np.maximum(mean - tau, 0.0) * count)[found].sum())
