@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import notabug.references.models
-from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.scene import Material, Mesh, Scene
 
 Edit = Callable[[Scene], Scene]
 
@@ -54,6 +54,11 @@ def edit_meshes(scene: Scene, edit: Callable[[Mesh], Mesh]) -> Scene:
         objects=tuple(edit(each) if isinstance(each, Mesh) else each for each in scene.objects),
         intent=None if scene.intent is None else edit(scene.intent),
     )
+
+
+def edit_materials(scene: Scene, edit: Callable[[Material], Material]) -> Scene:
+    """The scene with ``edit`` applied to every material."""
+    return replace(scene, materials=tuple(edit(each) for each in scene.materials))
 
 
 def models(scene: Scene) -> Iterator[Model]:

@@ -1,0 +1,89 @@
+"""Phong versus Phong: two reflection models and three interpolations under one name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from notabug.references.models.model import Model, edit_materials
+from notabug.scenes_usd.scene import Material, Scene
+
+_PAPER = "Woo, Pearce and Ouellette 1996, Phong versus Phong"
+
+
+def models(scene: Scene) -> Iterator[Model]:
+    """Models of a scene with highlights."""
+    shiny = [each for each in scene.materials if any(each.specular)]
+    if not shiny:
+        return
+    for lobe in ("phong", "blinn"):
+        if any(each.lobe != lobe for each in shiny):
+            yield Model(
+                name=f"lobe_{lobe}",
+                kind="limitation",
+                claim=f"highlights have {lobe.capitalize()}'s lobe at the same exponent",
+                cites=f"{_PAPER}; Phong 1975; Blinn 1977",
+                edit=_shiny(lambda each, lobe=lobe: replace(each, lobe=lobe)),  # type: ignore[misc]
+                when=("lobe", lobe),
+            )
+            yield Model(
+                name=f"lobe_{lobe}_matched",
+                kind="limitation",
+                claim=f"highlights have {lobe.capitalize()}'s lobe at the exponent that Fisher and Woo match",
+                cites=f"{_PAPER}; Fisher and Woo 1994, R.E versus N.H specular highlights, Graphics Gems IV",
+                edit=_shiny(lambda each, lobe=lobe: matched(each, lobe)),  # type: ignore[misc]
+                when=("lobe", f"{lobe}_matched"),
+            )
+    for name, rule, factor in (
+        ("n2", "(n + 2)/2", lambda n: (n + 2) / 2),
+        ("n8", "(n + 8)/8", lambda n: (n + 8) / 8),
+    ):
+        yield Model(
+            name=f"lobe_normalised_{name}",
+            kind="limitation",
+            claim=f"highlights are normalised by {rule}",
+            cites="Lewis 1994, Making shaders more physically plausible; Akenine-Moeller et al. 2018, section 9.8",
+            edit=_shiny(lambda each, factor=factor: scaled(each, factor(each.exponent))),  # type: ignore[misc]
+            when=("normalised", name),
+        )
+    yield Model(
+        name="exponent",
+        kind="fault",
+        claim="the exponent of every highlight is 1.3 times too large",
+        cites=_PAPER,
+        edit=_shiny(lambda each: replace(each, exponent=each.exponent * 1.3)),
+    )
+    if any(each.lobe == "phong" for each in shiny):
+        yield Model(
+            name="reflection_of_unnormalised_light",
+            kind="fault",
+            claim="R is computed from a light vector that was not normalised",
+            cites="Phong 1975",
+            options={"raw_vectors": True},
+        )
+    if any(each.lobe == "blinn" for each in shiny):
+        yield Model(
+            name="halfway_not_normalised",
+            kind="fault",
+            claim="the halfway vector is not normalised",
+            cites="Blinn 1977",
+            options={"raw_vectors": True},
+        )
+
+
+def matched(material: Material, lobe: str) -> Material:
+    """``material`` with the other lobe at a matching exponent: Phong's n is close to Blinn's 4n (Fisher and Woo)."""
+    if material.lobe == lobe:
+        return material
+    factor = 4.0 if lobe == "blinn" else 0.25
+    return replace(material, lobe=lobe, exponent=material.exponent * factor)  # type: ignore[arg-type]
+
+
+def scaled(material: Material, factor: float) -> Material:
+    """``material`` with its highlight ``factor`` times as bright."""
+    r, g, b = material.specular
+    return replace(material, specular=(r * factor, g * factor, b * factor))
+
+
+def _shiny(change: Callable[[Material], Material]) -> Callable[[Scene], Scene]:
+    return lambda scene: edit_materials(scene, lambda each: change(each) if any(each.specular) else each)
