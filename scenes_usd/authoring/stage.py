@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -11,7 +12,15 @@ from notabug.scenes_usd.authoring.usda import block, card, indent, integers, num
 Row = tuple[float, ...]
 
 
-def stage(words: dict[str, str], parts: Sequence[str], *, requires: Sequence[str] = (), metadata: str = "") -> bytes:
+def stage(
+    words: dict[str, str],
+    parts: Sequence[str],
+    *,
+    requires: Sequence[str] = (),
+    metadata: str = "",
+    size: tuple[int, int] = (256, 256),
+    up: str = "Y",
+) -> bytes:
     """A stage with default prim /Scene: the card ``words``, the children ``parts``; ``metadata`` more lines for it."""
     header = (
         "#usda 1.0\n(\n"
@@ -19,7 +28,7 @@ def stage(words: dict[str, str], parts: Sequence[str], *, requires: Sequence[str
         '    doc = "Written by python -m notabug.scenes_usd.authoring; edit the script there, not this file."\n'
         "    metersPerUnit = 1\n"
         '    renderSettingsPrimPath = "/Render/Settings"\n'
-        '    upAxis = "Y"\n'
+        f'    upAxis = "{up}"\n'
         ")\n"
     )
     about = indent("\n".join(each for each in (card(words, requires), metadata) if each))
@@ -27,25 +36,62 @@ def stage(words: dict[str, str], parts: Sequence[str], *, requires: Sequence[str
     settings = (
         'def RenderSettings "Settings"\n{\n'
         "    rel camera = </Scene/Camera>\n"
-        "    uniform int2 resolution = (256, 256)\n"
+        f"    uniform int2 resolution = {vector(size)}\n"
         "}"
     )
     render = block('def Scope "Render"', settings)
     return f"{header}\n{root}\n\n{render}\n".encode()
 
 
-def camera(eye: Row, turn: Row, tangent: float, clip: tuple[float, float]) -> str:
+APERTURE = 20.0
+
+
+def camera(eye: Row, turn: Row, tangent: float, clip: tuple[float, float], aspect: float = 1.0) -> str:
     """/Scene/Camera at ``eye``, turned from -z by ``turn`` degrees; its picture is 2 ``tangent`` wide at distance 1."""
-    aperture = 20.0
     return (
         'def Camera "Camera"\n{\n'
         f"    float2 clippingRange = {vector(clip)}\n"
-        f"    float focalLength = {number(aperture / (2 * tangent))}\n"
-        f"    float horizontalAperture = {number(aperture)}\n"
-        f"    float verticalAperture = {number(aperture)}\n"
+        f"    float focalLength = {number(APERTURE / (2 * tangent))}\n"
+        f"    float horizontalAperture = {number(APERTURE)}\n"
+        f"    float verticalAperture = {number(APERTURE / aspect)}\n"
         '    token projection = "perspective"\n'
         f"{indent(placed(eye, turn))}"
         "}"
+    )
+
+
+def looking(direction: Row) -> Row:
+    """The turn about x, then y, that brings -z into ``direction``: for cameras and distant lights, y up."""
+    x, y, z = direction
+    pitch = math.degrees(math.asin(y / math.sqrt(x * x + y * y + z * z)))
+    return (pitch, math.degrees(math.atan2(-x, -z)), 0.0)
+
+
+def orbiting_camera(target: Row, turn: Row) -> str:
+    """/Scene/Camera about ``target``; how far from it, each variant of ``distances`` says."""
+    return (
+        'def Camera "Camera"\n{\n'
+        f"    float horizontalAperture = {number(APERTURE)}\n"
+        f"    float verticalAperture = {number(APERTURE)}\n"
+        '    token projection = "perspective"\n'
+        f"    double3 xformOp:translate = {vector(target)}\n"
+        f"    float3 xformOp:rotateXYZ = {vector(turn)}\n"
+        "    uniform token[] xformOpOrder = "
+        '["xformOp:translate", "xformOp:rotateXYZ", "xformOp:translate:distance"]\n'
+        "}"
+    )
+
+
+def distances(half_width: float, each: Iterable[str]) -> str:
+    """The variant set ``camera_distance``: 2 ``half_width`` at the target fill the picture from every distance."""
+    return variant_set("camera_distance", {name: over("Camera", *_from(float(name), half_width)) for name in each})
+
+
+def _from(distance: float, half_width: float) -> tuple[str, ...]:
+    return (
+        f"float2 clippingRange = {vector((distance / 10, distance * 10))}",
+        f"float focalLength = {number(APERTURE / 2 * distance / half_width)}",
+        f"double3 xformOp:translate:distance = {vector((0.0, 0.0, distance))}",
     )
 
 
@@ -85,9 +131,12 @@ def materials(*each: str) -> str:
     return block('def Scope "Materials"', *each)
 
 
-def lambert(name: str, colour: Row) -> str:
+def lambert(name: str, colour: Row, opacity: float = 1.0) -> str:
     """A Lambertian UsdPreviewSurface of constant albedo."""
-    return block(f'def Material "{name}"', _surface(name), _preview(f"color3f inputs:diffuseColor = {vector(colour)}"))
+    lines = [f"color3f inputs:diffuseColor = {vector(colour)}"]
+    if opacity < 1.0:
+        lines.append(f"float inputs:opacity = {number(opacity)}")
+    return block(f'def Material "{name}"', _surface(name), _preview("\n    ".join(lines)))
 
 
 def textured(name: str, file: str) -> str:
@@ -141,10 +190,41 @@ def mesh(
     return f'{how} "{name}"{bound}\n{{\n{text}\n}}'
 
 
-def variant_set(name: str, variants: dict[str, str]) -> str:
-    """A variant set; the text of a variant is what stands between ``"name"`` and the end of its braces."""
-    body = "\n".join(f"{quote(each)} {text}" for each, text in variants.items())
+def variant_set(name: str, variants: Mapping[str, str]) -> str:
+    """A variant set; a variant's text is what its braces hold, or, where it ends with one, also what precedes them."""
+    body = "\n".join(f"{quote(each)} {_braced(text)}" for each, text in variants.items())
     return f'variantSet "{name}" = {{\n{indent(body)}\n}}'
+
+
+def _braced(text: str) -> str:
+    return text if text.startswith(("{", "(")) else f"{{\n{indent(text)}\n}}"
+
+
+def over(path: str, *lines: str) -> str:
+    """Opinions about the prim at the relative ``path``: ``lines`` inside nested overs."""
+    text = "\n".join(lines)
+    for name in reversed(path.split("/")):
+        text = f"over {quote(name)}\n{{\n{indent(text)}\n}}"
+    return text
+
+
+def selected(**defaults: str) -> str:
+    """Metadata of the default prim: its variant sets and the choice that is the default."""
+    lines = "\n".join(f"    string {name} = {quote(chosen)}" for name, chosen in defaults.items())
+    names = ", ".join(quote(each) for each in defaults)
+    sets = f"[{names}]" if len(defaults) > 1 else names
+    return f"variants = {{\n{lines}\n}}\nprepend variantSets = {sets}"
+
+
+def sphere(name: str, radius: float, material: str, lines: str = "") -> str:
+    """An analytic sphere; ``lines`` place it."""
+    return (
+        f'def Sphere "{name}" (\n    prepend apiSchemas = ["MaterialBindingAPI"]\n)\n{{\n'
+        f"    rel material:binding = </Scene/Materials/{material}>\n"
+        f"    double radius = {number(radius)}\n"
+        f"{indent(lines)}"
+        "}"
+    )
 
 
 def as_float32(rows: Iterable[Row]) -> list[Row]:

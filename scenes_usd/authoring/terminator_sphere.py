@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
+from notabug.scenes_usd.authoring.shapes import lat_long
 from notabug.scenes_usd.authoring.stage import camera, lambert, materials, mesh, placed, point_light, stage, variant_set
 from notabug.scenes_usd.authoring.usda import indent
 
@@ -54,32 +53,6 @@ def files() -> dict[str, bytes]:
     return {
         "terminator/sphere.usda": stage(CARD, parts, requires=("mesh", "normals", "point_light"), metadata=metadata)
     }
-
-
-def lat_long(n: int, m: int) -> tuple[list[tuple[float, ...]], list[tuple[int, ...]]]:
-    """A unit sphere of ``n`` facets around and ``m`` from pole to pole (y): points and triangles, 2 n (m - 1) of them.
-
-    Triangles are counter-clockwise seen from outside; the points are their own normals.
-    """
-    points: list[tuple[float, ...]] = [(0.0, 1.0, 0.0)]
-    for j in range(1, m):
-        theta = math.pi * j / m
-        for i in range(n):
-            phi = 2 * math.pi * i / n
-            points.append((math.sin(theta) * math.sin(phi), math.cos(theta), math.sin(theta) * math.cos(phi)))
-    points.append((0.0, -1.0, 0.0))
-    last = len(points) - 1
-
-    def at(j: int, i: int) -> int:
-        return 1 + (j - 1) * n + i % n
-
-    faces: list[tuple[int, ...]] = [(0, at(1, i), at(1, i + 1)) for i in range(n)]
-    for j in range(1, m - 1):
-        for i in range(n):
-            a, b, c, d = at(j, i), at(j + 1, i), at(j + 1, i + 1), at(j, i + 1)
-            faces += [(a, b, c), (a, c, d)]
-    faces += [(at(m - 1, i), last, at(m - 1, i + 1)) for i in range(n)]
-    return points, faces
 
 
 def _variant(n: int, m: int) -> str:

@@ -1,4 +1,4 @@
-"""texture/uneven_quad: one irregular quadrilateral under a checkerboard, whole, cut in two, or cut in 15 x 15 cells."""
+"""texture/uneven_quad: one irregular quadrilateral under a checkerboard, whole, cut in two, or cut in n x n cells."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from notabug.scenes_usd.authoring.png import png
 from notabug.scenes_usd.authoring.stage import (
+    Row,
     as_float32,
     camera,
     distant_light,
@@ -33,7 +34,8 @@ CARD = {
 CORNERS = as_float32([(-1.6, -1.05, 0.0), (1.65, -0.8, 0.0), (0.55, 0.95, 0.0), (-0.1, 1.15, 0.0)])
 UV = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
 TURN = (-24.0, 21.0, 0.0)  # degrees about x, then y: oblique to the camera, so perspective shows
-GRID = 15
+GRIDS = (2, 4, 8, 15, 30)
+CROWDING = 0.5
 
 LIGHT, DARK = (217, 209, 196), (61, 66, 82)
 MARKS = {  # (column, row from the top of the picture): colour
@@ -55,7 +57,8 @@ def files() -> dict[str, bytes]:
         "quad": _variant(mesh("Mesh", CORNERS, whole, uv=UV, material="Checker")),
         "split02": _variant(mesh("Mesh", CORNERS, [(0, 1, 2), (0, 2, 3)], uv=UV, material="Checker"), guide=True),
         "split13": _variant(mesh("Mesh", CORNERS, [(0, 1, 3), (1, 2, 3)], uv=UV, material="Checker"), guide=True),
-        "grid15": _variant(mesh("Mesh", *_grid(GRID)[:2], uv=_grid(GRID)[2], material="Checker"), guide=True),
+        **{f"grid{n}": _variant(_mesh(*_grid(n)), guide=True) for n in GRIDS},
+        "uneven8": _variant(_mesh(*_grid(8, CROWDING)), guide=True),
     }
     parts = [
         camera((-0.05, 0.05, 4.4), (), 0.41, (0.1, 100.0)),
@@ -88,9 +91,13 @@ def bilinear(u: float, v: float) -> tuple[float, ...]:
     return tuple(sum(w * corner[k] for w, corner in zip(weights, CORNERS, strict=True)) for k in range(3))
 
 
-def _grid(n: int) -> tuple[list[tuple[float, ...]], list[tuple[int, ...]], list[tuple[float, ...]]]:
-    """Points, triangles and uv of n x n cells, each cut along its diagonal from (0, 0) to (1, 1)."""
-    uv: list[tuple[float, ...]] = [(i / n, j / n) for j in range(n + 1) for i in range(n + 1)]
+def _grid(n: int, crowding: float = 0.0) -> tuple[list[Row], list[tuple[int, ...]], list[Row]]:
+    """Points, triangles and uv of n x n cells, each cut along its diagonal from (0, 0) to (1, 1).
+
+    ``crowding``, below 1, moves the lines of the grid together where u and v are small.
+    """
+    lines = [(1 - crowding) * i / n + crowding * (i / n) ** 2 for i in range(n + 1)]
+    uv: list[Row] = [(u, v) for v in lines for u in lines]
     faces: list[tuple[int, ...]] = []
     for j in range(n):
         for i in range(n):
@@ -98,6 +105,10 @@ def _grid(n: int) -> tuple[list[tuple[float, ...]], list[tuple[int, ...]], list[
             b, c, d = a + 1, a + n + 2, a + n + 1
             faces += [(a, b, c), (a, c, d)]
     return [bilinear(u, v) for u, v in uv], faces, uv
+
+
+def _mesh(points: list[Row], faces: list[tuple[int, ...]], uv: list[Row]) -> str:
+    return mesh("Mesh", points, faces, uv=uv, material="Checker")
 
 
 def _variant(drawn: str, *, guide: bool = False) -> str:
