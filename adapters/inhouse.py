@@ -66,7 +66,7 @@ class InHouse:
             start = time.perf_counter()
             pixels = trace_picture(
                 configured_scene,
-                options,
+                replace(options, ties="nearest"),
                 samples=samples,
                 seed=seed,
                 dtype=self.precision,

@@ -34,6 +34,7 @@ class Model:
     cites : where it is described.
     edit : how the scene is changed before it is rendered; sees ``Scene.intent`` still in place.
     options : switches of the tracer (fields of ``Options``).
+    others : switches of further values that a sample may take under the rule ``set``, besides ``options``.
     when : (field, value) of an adapter's declaration without which the model is not considered; None: always.
     """
 
@@ -44,7 +45,16 @@ class Model:
     rule: Literal["choice", "partial", "set"] = "choice"
     edit: Edit = unchanged
     options: Mapping[str, Any] = field(default_factory=dict)
+    others: tuple[Mapping[str, Any], ...] = ()
     when: tuple[str, str] | None = None
+
+    def values(self) -> tuple[Model, ...]:
+        """One model for each value that a sample may take under the rule ``set``."""
+        more = (
+            replace(self, name=f"{self.name}#{index}", options=options, others=())
+            for index, options in enumerate(self.others, 2)
+        )
+        return (self, *more)
 
 
 def edit_meshes(scene: Scene, edit: Callable[[Mesh], Mesh]) -> Scene:

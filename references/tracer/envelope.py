@@ -33,6 +33,11 @@ class Options:
     retroreflection : a mirror ray goes back where it came from.
     transparent_shadows : a surface with opacity ``attenuate``s a shadow ray by 1 - opacity and glass blocks it, both
         are ``opaque``, or glass lets all light through, ``free``.
+    ties : of surfaces that coincide to 40 bits the one ``nearest`` by rounding wins, or the ``first`` in the scene; or
+        of those within ``resolution`` of it ``another`` one; or the first wins and is ``unlit`` where there is another.
+    resolution, near_resolution : what a renderer cannot tell apart along a ray: the first times distance and size, plus
+        the second times the squared distance (a depth buffer's).
+    acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``.
     """
 
     shadows: Literal["forgiving", "facets", "none"] = "forgiving"
@@ -44,6 +49,11 @@ class Options:
     mirrored_highlight: Literal["own", "primary", "lost"] = "own"
     retroreflection: bool = False
     transparent_shadows: Literal["attenuate", "opaque", "free"] = "attenuate"
+    ties: Literal["nearest", "first", "another", "unlit"] = "first"
+    resolution: float = 0.0
+    near_resolution: float = 0.0
+    acne: bool = False
+    hit_error: float = 0.0
 
     def encoded(self) -> npt.NDArray[np.int64]:
         """The switches in the order of the columns in render.py."""
@@ -58,8 +68,14 @@ class Options:
                 ("own", "primary", "lost").index(self.mirrored_highlight),
                 int(self.retroreflection),
                 ("attenuate", "opaque", "free").index(self.transparent_shadows),
+                ("nearest", "first", "another", "unlit").index(self.ties),
+                int(self.acne),
             ]
         )
+
+    def numbers(self) -> Floats:
+        """The real parameters in the order of the columns in render.py."""
+        return np.array([self.resolution, self.near_resolution, self.hit_error])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,11 +134,13 @@ def _pass(
 ) -> None:
     """Render ``pixels`` with all threads; every pixel is computed alike whatever their number."""
     threads = threads or os.cpu_count() or 1
-    option = options.encoded()
+    option, number = options.encoded(), options.numbers()
+    if len(scene.objects) < 2:
+        option[kernels.TIE] = 0  # nothing can coincide
 
     def work(part: npt.NDArray[np.int64]) -> None:
         kernels.render_pixels(
-            flat, option, scene.width, scene.height, part, grid, grid * grid or samples, seed,
+            flat, option, number, scene.width, scene.height, part, grid, grid * grid or samples, seed,
             into.mean, into.variance, into.lo, into.hi, into.ids, into.mixed, into.spared,
         )  # fmt: skip
 

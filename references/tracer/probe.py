@@ -12,6 +12,7 @@ import numpy.typing as npt
 from notabug.references.tracer.bvh import STACK
 from notabug.references.tracer.envelope import Options
 from notabug.references.tracer.flatten import Flat, flatten
+from notabug.references.tracer.render import TRANSPARENT
 from notabug.references.tracer.shade import albedo, corner_weights, highlight, screen_weights
 from notabug.references.tracer.traverse import closest, closest_sphere, transmittance
 from notabug.scenes_usd.scene import Scene
@@ -144,7 +145,7 @@ def _light(
     if options.shadows != "none" and cosine > 0:
         share, spared = transmittance(
             flat, flat.spheres, flat.secondary, *at, *to, start, distance, triangle, leaves,
-            options.shadows == "forgiving", side, cosine, options.encoded()[-1], stack,
+            options.shadows == "forgiving", side, cosine, options.encoded()[TRANSPARENT], stack,
         )  # fmt: skip
         arrays = (flat.bounds, flat.child, flat.size, flat.points, flat.face)
         face = flat.face[triangle] if triangle >= 0 else -1

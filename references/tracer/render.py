@@ -9,10 +9,13 @@ import numpy as np
 from notabug.references.tracer.bvh import STACK
 from notabug.references.tracer.jit import kernel
 from notabug.references.tracer.shade import albedo, corner_weights, highlight, screen_weights
-from notabug.references.tracer.traverse import closest, closest_sphere, transmittance
+from notabug.references.tracer.traverse import closest, closest_sphere, rival, transmittance
 
 # Columns of the options array: see Options in envelope.py.
-SHADOWS, NORMALS, SILHOUETTE, AFFINE, RAW_VECTORS, UNCUT, MIRRORED, RETRO, TRANSPARENT = range(9)
+SHADOWS, NORMALS, SILHOUETTE, AFFINE, RAW_VECTORS, UNCUT, MIRRORED, RETRO, TRANSPARENT, TIE, ACNE = range(11)
+# Columns of the numbers array.
+RESOLUTION, NEAR_RESOLUTION, HIT_ERROR = range(3)
+EXACT = 2.0**-40  # of distances: nearer than that surfaces coincide, whatever the renderer
 BOUNCES = 8
 PENDING = 16  # rays that may wait in the recursion's stack
 
@@ -30,7 +33,27 @@ def _uniform(pixel, sample, seed, axis):
 
 
 @kernel
-def radiance(flat, quads, textures, spheres, lobes, secondary, option, ox, oy, oz, dx, dy, dz, near, far, stack, rays):
+def radiance(
+    flat,
+    quads,
+    textures,
+    spheres,
+    lobes,
+    secondary,
+    option,
+    number,
+    pixel_angle,
+    ox,
+    oy,
+    oz,
+    dx,
+    dy,
+    dz,
+    near,
+    far,
+    stack,
+    rays,
+):
     """Radiance along a ray: (r, g, b, id, forgiven).
 
     ``id`` tells apart what must not be mixed: the object, the lights that are blocked and, on flat facets, the
@@ -66,6 +89,27 @@ def radiance(flat, quads, textures, spheres, lobes, secondary, option, ox, oy, o
                 i, t = -1, ts
         if i < 0 and ball < 0:
             continue
+        unlit = False
+        if option[TIE] > 0:
+            # of coincident surfaces the first of the scene wins; within the renderer's resolution another one may
+            found = spheres.object[ball] if ball >= 0 and spheres is not None else flat.object[i]
+            extent = (t + flat.radius) * type(dx)(EXACT)
+            triangle, sphere, along, a0, a1, a2, winner = rival(
+                flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, False, stack
+            )
+            if winner >= 0 and winner != found:
+                i, ball, t, b0, b1, b2, found = triangle, sphere, along, a0, a1, a2, winner
+            if option[TIE] > 1:
+                axial = t * abs(dx * flat.camera[9] + dy * flat.camera[10] + dz * flat.camera[11])
+                extent += type(dx)(number[RESOLUTION]) * (t + flat.radius + abs(ox) + abs(oy) + abs(oz))
+                extent += type(dx)(number[NEAR_RESOLUTION]) * axial * t
+                triangle, sphere, along, a0, a1, a2, winner = rival(
+                    flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, True, stack
+                )
+                if winner >= 0:
+                    if option[TIE] == 2:
+                        i, ball, t, b0, b1, b2 = triangle, sphere, along, a0, a1, a2
+                    unlit = option[TIE] == 3
         x, y, z = ox + t * dx, oy + t * dy, oz + t * dz
         vx, vy, vz = -dx, -dy, -dz
         u, v, face, sag = zero, zero, -1, -one
@@ -146,7 +190,17 @@ def radiance(flat, quads, textures, spheres, lobes, secondary, option, ox, oy, o
             if nl <= 0 and not (option[UNCUT] and lobes is not None):
                 continue
             share = one
-            if option[SHADOWS] != 2 and nl > 0:  # behind, an uncut highlight belongs to a shader without shadows
+            dark = unlit
+            if option[ACNE]:
+                # the hit's own error lifts it off or sinks it in; the light meets the surface again at error / N.L,
+                # and an epsilon of more than half a pixel's footprint would detach shadows that are real
+                reach = abs(ox) + abs(oy) + abs(oz) + t + abs(x) + abs(y) + abs(z)
+                steep = abs(gx * lx + gy * ly + gz * lz)
+                if type(dx)(number[HIT_ERROR]) * reach > steep * pixel_angle * t:
+                    dark = True
+            if dark:
+                share = zero
+            elif option[SHADOWS] != 2 and nl > 0:  # behind, an uncut highlight belongs to a shader without shadows
                 share, forgiven = transmittance(
                     flat, spheres, secondary, x, y, z, lx, ly, lz, start, distance, i,
                     ball if (gx * lx + gy * ly + gz * lz) * side > 0 else -1,
@@ -223,7 +277,9 @@ def _push(rays, n, ox, oy, oz, dx, dy, dz, wr, wg, wb, depth, face, ball):
 
 
 @kernel
-def render_pixels(flat, option, width, height, pixels, grid, samples, seed, mean, variance, lo, hi, ids, mixed, spared):
+def render_pixels(
+    flat, option, number, width, height, pixels, grid, samples, seed, mean, variance, lo, hi, ids, mixed, spared
+):
     """Render the pixels numbered y * width + x in ``pixels`` into the full-size arrays.
 
     ``samples`` positions a pixel: a regular ``grid`` x ``grid`` (grid > 0), or uniformly random ones drawn from
@@ -235,6 +291,7 @@ def render_pixels(flat, option, width, height, pixels, grid, samples, seed, mean
     rays = np.empty((PENDING, 12), flat.points.dtype)
     c = flat.camera
     one, half, two = type(c[0])(1), type(c[0])(0.5), type(c[0])(2)
+    half_pixel = math.sqrt(c[3] * c[3] + c[4] * c[4] + c[5] * c[5]) / type(half)(width)
     for pixel in pixels:
         row, column = pixel // width, pixel % width
         sr, sg, sb, qr, qg, qb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -253,7 +310,7 @@ def render_pixels(flat, option, width, height, pixels, grid, samples, seed, mean
             length = math.sqrt(dx * dx + dy * dy + dz * dz)
             dx, dy, dz = dx / length, dy / length, dz / length
             r, g, bl, identity, forgiven = radiance(
-                flat, flat.quads, flat.textures, flat.spheres, flat.lobes, flat.secondary, option,
+                flat, flat.quads, flat.textures, flat.spheres, flat.lobes, flat.secondary, option, number, half_pixel,
                 c[0], c[1], c[2], dx, dy, dz, c[12] * length, c[13] * length, stack, rays,
             )  # fmt: skip
             if s == 0:

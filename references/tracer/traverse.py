@@ -90,6 +90,53 @@ def closest(bounds, child, count, points, face, ox, oy, oz, dx, dy, dz, tmin, tm
 
 
 @kernel
+def rival(flat, spheres, ox, oy, oz, dx, dy, dz, tmin, tmax, winner, other, stack):
+    """Among the surfaces met between tmin and tmax, the first in scene order, or the first that is not ``winner``.
+
+    ``winner`` is the object that was hit; ``other`` asks for one that is not it. Gives (triangle, sphere, t, b0, b1,
+    b2, object), object -1 where there is none. Of one object's triangles the nearest counts.
+    """
+    one, zero = type(dx)(1), type(dx)(0)
+    triangle, ball, owner = -1, -1, -1
+    best, c0, c1, c2 = tmax, zero, zero, zero
+    if flat.points.shape[0]:
+        kx, ky, kz, sx, sy, sz = shear(dx, dy, dz)
+        ix, iy, iz = one / dx, one / dy, one / dz
+        nx, ny, nz = _near_sides(ix, iy, iz)
+        stack[0] = 0
+        top = 1
+        while top:
+            top -= 1
+            node = stack[top]
+            if _enter(flat.bounds, node, ox, oy, oz, ix, iy, iz, nx, ny, nz, tmin, tmax) == math.inf:
+                continue
+            n = flat.size[node]
+            first = flat.child[node]
+            if n == 0:
+                stack[top] = first + 1
+                stack[top + 1] = first
+                top += 2
+                continue
+            for i in range(first, first + n):
+                mine = flat.object[i]
+                if (other and mine == winner) or (owner >= 0 and mine > owner):
+                    continue
+                t, b0, b1, b2 = ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, flat.points, i)
+                if t >= tmin and t <= tmax and (mine < owner or owner < 0 or t < best):
+                    triangle, owner, best, c0, c1, c2 = i, mine, t, b0, b1, b2
+    if spheres is not None:
+        for i in range(spheres.radius.size):
+            mine = spheres.object[i]
+            if (other and mine == winner) or (owner >= 0 and mine >= owner):
+                continue
+            t0, t1 = sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz)
+            for t in (t0, t1):
+                if t >= tmin and t <= tmax and ball != i:
+                    triangle, ball, owner, best = -1, i, mine, t
+    return triangle, ball, best, c0, c1, c2, owner
+
+
+@kernel
 def closest_sphere(spheres, ox, oy, oz, dx, dy, dz, tmin, tmax, skip):
     """The nearest analytic sphere: (sphere or -1, t). ``skip`` is left by the ray from outside and not hit again."""
     hit, best = -1, tmax
