@@ -44,6 +44,13 @@ class Declaration:
     ngon_split : the diagonal by which n-gons are cut before the renderer sees them: ``02`` joins corner 0 and 2;
         "" where n-gons keep their bilinear map; ``unknown`` for a picture of unknown making.
     silhouette : what becomes of an interpolated normal that faces away from the viewer.
+    opacity_shadow : at each crossing of a surface with opacity a shadow ray keeps 1 - opacity of its light
+        (``attenuate``), or none (``opaque``).
+    glass_shadow : at each crossing of a surface with transmission a shadow ray keeps nothing (``opaque``), the
+        transmission (``attenuate``), or all of its light (``none``); it is never refracted.
+    total_reflection : the weight of the mirror ray where glass reflects totally: mirror + transmission
+        (``transmission``), or 1 whatever they are (``whole``).
+    texture_filter : how a texture is read between its texels.
     """
 
     precision: Literal["float32", "float64"]
@@ -54,6 +61,10 @@ class Declaration:
     noisy: bool
     ngon_split: Literal["", "02", "13", "unknown"] = ""
     silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
+    opacity_shadow: Literal["attenuate", "opaque", "unknown"] = "unknown"
+    glass_shadow: Literal["opaque", "attenuate", "none", "unknown"] = "unknown"
+    total_reflection: Literal["transmission", "whole", "unknown"] = "unknown"
+    texture_filter: Literal["bilinear", "nearest", "unknown"] = "unknown"
 
 
 @dataclass(frozen=True, slots=True)
