@@ -45,6 +45,17 @@ class Declaration:
         "" where n-gons keep their bilinear map; ``unknown`` for a picture of unknown making.
     silhouette : what becomes of an interpolated normal that faces away from the viewer.
     depth : format of the depth buffer; near and far are the camera's. "" where there is none that can show.
+    opacity_shadow : at each crossing of a surface with opacity a shadow ray keeps 1 - opacity of its light
+        (``attenuate``), or none (``opaque``).
+    glass_shadow : at each crossing of a surface with transmission a shadow ray keeps nothing (``opaque``), the
+        transmission (``attenuate``), or all of its light (``none``); it is never refracted.
+    total_reflection : the weight of the mirror ray where glass reflects totally: mirror + transmission
+        (``transmission``), or 1 whatever they are (``whole``).
+    texture_filter : how a texture is read between its texels.
+    lobe : the lobe of highlights: as the scene's material has it, or always the one named, at the same exponent or at
+        the matching one (Phong's n is close to Blinn's 4n).
+    normalised : highlights are multiplied by nothing (``no``), (n + 2)/2 or (n + 8)/8.
+    highlight : highlights are cut off and weighted as the material has it, always times N.L, or not cut off.
     """
 
     precision: Literal["float32", "float64"]
@@ -56,6 +67,13 @@ class Declaration:
     ngon_split: Literal["", "02", "13", "unknown"] = ""
     silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
     depth: Literal["", "fixed16", "fixed24", "float32", "reversed32"] = ""
+    opacity_shadow: Literal["attenuate", "opaque", "unknown"] = "unknown"
+    glass_shadow: Literal["opaque", "attenuate", "none", "unknown"] = "unknown"
+    total_reflection: Literal["transmission", "whole", "unknown"] = "unknown"
+    texture_filter: Literal["bilinear", "nearest", "unknown"] = "unknown"
+    lobe: Literal["authored", "phong", "blinn", "phong_matched", "blinn_matched", "unknown"] = "authored"
+    normalised: Literal["no", "n2", "n8", "unknown"] = "no"
+    highlight: Literal["authored", "cosine", "uncut", "unknown"] = "authored"
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,6 +44,10 @@ class InHouse:
             noisy=not point,
             ngon_split="",
             silhouette="keep",
+            opacity_shadow="attenuate",
+            glass_shadow="opaque",
+            total_reflection="transmission",
+            texture_filter="bilinear",
         )
 
     def find(self) -> Found:

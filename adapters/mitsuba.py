@@ -35,7 +35,8 @@ _LLVM, _SCALAR = "llvm_ad_rgb", "scalar_rgb"
 class Mitsuba:
     """Mitsuba 3, by default 16 random samples a pixel under a box filter, for each seed.
 
-    With ``samples`` 1 it draws pixel centres, without randomness, once; more are random.
+    With ``samples`` 1 it draws pixel centres, without randomness, once; more are random. A material of which several
+    of mirror, transmission and opacity send rays on needs more: which of them a sample follows is random.
 
     Attributes
     ----------
@@ -47,7 +48,8 @@ class Mitsuba:
     python: str = sys.executable
     keep_jobs: bool = False
     capabilities: frozenset[str] = frozenset(
-        {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "shadows"}
+        {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
+        | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows"}
     )
     install: str = "pip install notabug[mitsuba]"
 
@@ -62,6 +64,10 @@ class Mitsuba:
             noisy=not point,
             ngon_split="02",
             silhouette="flip",
+            opacity_shadow="attenuate",
+            glass_shadow="opaque",
+            total_reflection="transmission",
+            texture_filter="bilinear",
         )
 
     def find(self) -> Found:

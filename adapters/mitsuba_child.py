@@ -30,7 +30,8 @@ def main(folder: Path) -> None:
     mitsuba.set_log_level(mitsuba.LogLevel.Warn)
     if job["threads"]:
         drjit.set_thread_count(job["threads"])
-    scenes = [_scene(mitsuba, job, arrays, light) for light in job["lights"]]
+    bsdfs = {name: _bsdf(mitsuba, look, job["textures"], arrays) for name, look in job["looks"].items()}
+    scenes = [_scene(mitsuba, job, arrays, bsdfs, light) for light in job["lights"]]
     for seed in job["seeds"]:
         np.save(folder / f"seed{seed}.npy", _picture(mitsuba, job, scenes, seed))
 
@@ -50,14 +51,14 @@ def _picture(mi: Any, job: dict[str, Any], scenes: list[Any], seed: int) -> npt.
     return film.astype(np.float32)
 
 
-def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], light: dict[str, Any]) -> Any:
+def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str, Any], light: dict[str, Any]) -> Any:
     camera = job["camera"]
     parts: dict[str, Any] = {
         "type": "scene",
         "light": light,
-        "integrator": {"type": "volpath", "max_depth": 2, "rr_depth": 1 << 20}
-        if job["integrator"] == "volpath"
-        else {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0},
+        "integrator": {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
+        if job["integrator"] == "direct"
+        else {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20},
         "sensor": {
             "type": "perspective",
             "to_world": mi.ScalarTransform4f(np.array(camera["to_world"])),
@@ -79,7 +80,7 @@ def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], light: dict[str
         },
     }
     for number, each in enumerate(job["objects"]):
-        bsdf = _bsdf(mi, each["look"], job["textures"], arrays)
+        bsdf = bsdfs[each["look"]]
         if each["kind"] == "sphere":
             parts[f"object{number}"] = {
                 "type": "sphere",
@@ -92,11 +93,12 @@ def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], light: dict[str
     return mi.load_dict(parts)
 
 
-def _bsdf(mi: Any, look: dict[str, Any], textures: dict[str, Any], arrays: dict[str, Any]) -> dict[str, Any]:
-    reflectance: dict[str, Any] = {"type": "rgb", "value": look["diffuse"]}
+def _bsdf(mi: Any, look: dict[str, Any], textures: dict[str, Any], arrays: dict[str, Any]) -> Any:
+    """Mitsuba's own plug-ins where they can say the material, else the scripted one."""
+    bitmap: dict[str, Any] | None = None
     if look["texture"] >= 0:
         texture = textures[str(look["texture"])]
-        reflectance = {
+        bitmap = {
             "type": "bitmap",
             "data": mi.TensorXf(arrays[texture["pixels"]]),
             "raw": True,
@@ -104,14 +106,18 @@ def _bsdf(mi: Any, look: dict[str, Any], textures: dict[str, Any], arrays: dict[
             "filter_type": "bilinear",
             "wrap_mode": texture["wrap"],
         }
-    surface: dict[str, Any] = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
-    return {"type": "mask", "opacity": look["opacity"], "bsdf": surface} if look["opacity"] < 1.0 else surface
+    if look["scripted"]:
+        from notabug.adapters.mitsuba_bsdf import whitted
+
+        return whitted(mi, look, bitmap)
+    reflectance = bitmap or {"type": "rgb", "value": look["diffuse"]}
+    return mi.load_dict({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}})
 
 
-def _mesh(mi: Any, name: str, each: dict[str, Any], arrays: dict[str, Any], bsdf: dict[str, Any]) -> Any:
+def _mesh(mi: Any, name: str, each: dict[str, Any], arrays: dict[str, Any], bsdf: Any) -> Any:
     points = arrays[each["points"]]
     properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict(bsdf)
+    properties["bsdf"] = bsdf
     mesh = mi.Mesh(
         name,
         len(points),

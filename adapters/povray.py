@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError
 from notabug.adapters.job_folder import job_folder, picture_path
-from notabug.adapters.povray_scene import Image, scene_text, texture_images
+from notabug.adapters.povray_scene import Image, needs_channels, scene_text, texture_images
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
@@ -56,7 +56,7 @@ class PovRay:
     keep_jobs: bool = False
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
-        | {"shadows"}
+        | {"coloured_highlight", "mirror", "transmission", "shadows"}
     )
     install: str = "apt install povray"
 
@@ -71,6 +71,10 @@ class PovRay:
             noisy=False,
             ngon_split="02",
             silhouette="flip",
+            opacity_shadow="attenuate",
+            glass_shadow="attenuate",
+            total_reflection="whole",
+            texture_filter="bilinear",
         )
 
     def find(self) -> Found:
@@ -100,7 +104,10 @@ class PovRay:
             for index, texture in images.items():
                 _write_png(folder / f"texture{index}.png", texture)
             shots = _Shots(self, program, scene, images, folder, quality)
-            pixels = shots.bracketed()
+            if needs_channels(scene):
+                pixels = np.concatenate([shots.bracketed(channel) for channel in range(3)], axis=2)
+            else:
+                pixels = shots.bracketed()
             write_exr(image, pixels, metadata={"Software": "POV-Ray", "notabug:gains": shots.gains})
         samples = _side(quality) ** 2
         last = shots.ended[-1]
@@ -135,15 +142,15 @@ class _Shots:
         self.ended: list[Ended] = []
         self.gains = ""
 
-    def bracketed(self) -> npt.NDArray[np.float64]:
-        """The picture (h, w, 3) with nothing clipped, as if every gain were 1."""
+    def bracketed(self, channel: int | None = None) -> npt.NDArray[np.float64]:
+        """The picture (h, w, 3) with nothing clipped, as if every gain were 1; (h, w, 1) of one ``channel``."""
         side = _side(self.quality)
         gain = 1.0
-        pixels = self._shoot(gain)
+        pixels = self._shoot(gain, channel)
         peak = float(pixels.max())
         if 0.0 < peak < _DIM:
             gain = 2.0 ** math.floor(math.log2(0.9 / peak))
-            pixels = self._shoot(gain) / gain
+            pixels = self._shoot(gain, channel) / gain
         clipped = pixels * gain >= 1.0
         while clipped.any():
             gain *= _STEP
@@ -154,19 +161,20 @@ class _Shots:
                     log=self.ended[-1].log,
                     do="is a light on a surface?",
                 )
-            dimmed = self._shoot(gain)
+            dimmed = self._shoot(gain, channel)
             pixels = np.where(clipped, dimmed / gain, pixels)
             clipped &= dimmed >= 1.0
         height, width = self.scene.height, self.scene.width
-        return np.asarray(pixels.reshape(height, side, width, side, 3).mean(axis=(1, 3)))
+        return np.asarray(pixels.reshape(height, side, width, side, -1).mean(axis=(1, 3)))
 
-    def _shoot(self, gain: float) -> npt.NDArray[np.float64]:
-        """One run of POV-Ray; (h * side, w * side, 3) values in 0..1, 1 where they clip."""
+    def _shoot(self, gain: float, channel: int | None) -> npt.NDArray[np.float64]:
+        """One run of POV-Ray; (h * side, w * side, 3 or 1) values in 0..1, 1 where they clip."""
         number, name = len(self.ended), self.adapter.name
         text, picture = self.folder / f"shot{number}.pov", self.folder / f"shot{number}.png"
         ini = self.folder / "empty.ini"
         ini.touch()
-        text.write_text(scene_text(self.scene, gain=gain, shadows=self.adapter.shadows, images=self.images), "ascii")
+        told = scene_text(self.scene, gain=gain, shadows=self.adapter.shadows, images=self.images, channel=channel)
+        text.write_text(told, "ascii")
         side = _side(self.quality)
         width, height = self.scene.width * side, self.scene.height * side
         command = [self.program, f"+I{text.name}", f"+O{picture.name}", f"+W{width}", f"+H{height}", *_OPTIONS]
@@ -194,7 +202,7 @@ class _Shots:
                 got=f"steps of {read.quantum:.3g}",
                 log=ended.log,
             )
-        return read.pixels.astype(np.float64)
+        return read.pixels[..., slice(None) if channel is None else [channel]].astype(np.float64)
 
 
 def _write_png(path: Path, image: Image) -> None:

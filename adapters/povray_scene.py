@@ -10,8 +10,18 @@ What POV-Ray does, measured with 3.7.0.10, and what is written for it:
   bounds: 1e-6 relative error at a thousandth of that distance. Below 1e-10 POV-Ray takes fd for 0, no fall-off.
 - Distant light: ``parallel`` from outside the bounds is exact to the output's step.
 - Highlights: ``phong p phong_size n`` is p * max(R.L, 0)^n, ``specular s roughness 1/n`` is s * max(N.H, 0)^n, both cut
-  where N.L < 0, neither times N.L; p and s are scalars. ``transmit`` leaves them alone, so they are scaled by the
-  opacity here.
+  where N.L < 0, neither times N.L, and right to the output's step up to n = 1e5. ``transmit`` leaves them alone, so
+  they are scaled by the opacity here. p and s are scalars: coloured ones take a picture for each channel.
+- Mirrors: ``reflection { rgb m }``, constant, whatever the opacity. ``max_trace_level 9`` gives eight bounces; straight
+  passage through a surface is none.
+- Glass: ``filter 1`` and the transmission as the pigment; with a diffuse colour too, see ``_pigment``. The interior's
+  ``ior`` refracts, without Fresnel's factors. Images in mirrors and in glass are right to the output's step. A shadow
+  ray goes straight through glass and keeps the transmission at each crossing. Where glass reflects totally, the mirror
+  ray has the weight 1, whatever the transmission and the mirror: 1.25 times the contract's for a transmission of 0.8.
+- The medium that a ray is in is the last one whose surface it met and did not leave, and it starts in none. So a single
+  sheet is entered from either side, a camera inside glass sees through its wall as if from outside, and refraction
+  between nested media is relative: a sheet of opacity 0.5 inside glass bends rays as if it were filled with air.
+- Shadow rays pass blockers nearer than 0.001, in the scene's own units.
 - ``interpolate 2`` is bilinear with texel centres at +0.5 and wraps at the border: 7.7e-6 (half a step of the output)
   from a float64 lookup. It cannot clamp; a clamped texture is written with its border repeated as far as the uv reach.
 - A triangle whose three normals are within 1e-5 of one another is drawn flat, with the normal of its plane, whatever
@@ -29,6 +39,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from notabug.adapters.base import UnsupportedError
 from notabug.adapters.textures import grow, shown_uv
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.scene import Camera, Floats, Light, Material, Mesh, Scene, Sphere
@@ -50,10 +61,18 @@ class Image:
     b: Floats
 
 
-def scene_text(scene: Scene, *, gain: float = 1.0, shadows: bool = True, images: Mapping[int, Image] = {}) -> str:
+def scene_text(
+    scene: Scene,
+    *,
+    gain: float = 1.0,
+    shadows: bool = True,
+    images: Mapping[int, Image] = {},
+    channel: int | None = None,
+) -> str:
     """The scene with every light multiplied by ``gain``; without ``shadows`` no object casts one.
 
-    ``images`` are those of ``texture_images``, in files ``texture<index>.png`` beside the text.
+    ``images`` are those of ``texture_images``, in files ``texture<index>.png`` beside the text. With a ``channel``
+    (0, 1, 2) only that one of the picture's will be right: see ``needs_channels``.
     """
     lo, hi = bounds(scene)
     parts = [
@@ -66,7 +85,7 @@ def scene_text(scene: Scene, *, gain: float = 1.0, shadows: bool = True, images:
     for each in scene.objects:
         material = scene.materials[each.material]
         image = images.get(material.texture)
-        look = _texture(material, image) + ("" if shadows else " no_shadow")
+        look = _texture(material, image, channel) + ("" if shadows else " no_shadow")
         parts.append(_sphere(each, look) if isinstance(each, Sphere) else _mesh(each, look, image))
     return "\n".join(parts) + "\n"
 
@@ -137,23 +156,71 @@ def _light(light: Light, gain: float, lo: Floats, hi: Floats) -> str:
     )
 
 
-def _texture(material: Material, image: Image | None) -> str:
-    through = 1.0 - material.opacity
-    if image is None:
-        diffuse, pigment = 1.0, f"rgbt {_vector((*material.diffuse, through))}"
-    else:
-        diffuse = image.scale
-        transmit = f" transmit all {_number(through)}" if through else ""
-        pigment = f'uv_mapping image_map {{ png "texture{material.texture}.png" gamma 1.0 interpolate 2{transmit} }}'
+def needs_channels(scene: Scene) -> bool:
+    """Whether ``scene`` holds what POV-Ray can only say of one colour channel at a time."""
+    return any(_is_split(scene.materials[index]) for index in {each.material for each in scene.objects})
+
+
+def _is_split(material: Material) -> bool:
+    """A coloured highlight, or glass with a diffuse colour: but for clear grey glass it takes two colours."""
+    if len(set(material.specular)) > 1:
+        return True
+    if not any(material.transmission) or not _is_painted(material):
+        return False
+    return len(set(material.transmission)) > 1 or material.transmission[0] >= 1.0
+
+
+def _is_painted(material: Material) -> bool:
+    return material.texture >= 0 or any(material.diffuse)
+
+
+def _texture(material: Material, image: Image | None, channel: int | None) -> str:
+    pigment, diffuse = _pigment(material, image, channel)
     finish = f"ambient 0 diffuse {_number(diffuse)}"
-    strength = material.specular[0] * material.opacity
+    strength = material.specular[channel or 0] * material.opacity
     if strength and material.lobe == "phong":
         finish += f" phong {_number(strength)} phong_size {_number(material.exponent)}"
     elif strength:
         finish += f" specular {_number(strength)} roughness {_number(1.0 / material.exponent)}"
     if any(material.mirror):
         finish += f" reflection {{ rgb {_vector(material.mirror)} }}"
-    return f"texture {{ pigment {{ {pigment} }} finish {{ {finish} }} }}"
+    interior = f" interior {{ ior {_number(material.ior)} }}" if any(material.transmission) else ""
+    return f"texture {{ pigment {{ {pigment} }} finish {{ {finish} }} }}{interior}"
+
+
+def _pigment(material: Material, image: Image | None, channel: int | None) -> tuple[str, float]:
+    """A pigment p and a ``diffuse`` d such that d p (1 - f - t) is the diffuse colour and p f + t what goes through.
+
+    f and t, ``filter`` and ``transmit``, are scalars, and so is d.
+    """
+    through, diffuse = 1.0 - material.opacity, 1.0
+    if any(material.transmission):
+        if material.opacity < 1.0:
+            raise UnsupportedError(
+                "POV-Ray sends one ray through a surface, refracted or straight",
+                where=material.path,
+                expected="either transmission or an opacity below 1",
+                do="choose another renderer for this scene",
+            )
+        if not _is_painted(material):
+            return f"rgbf {_vector((*material.transmission, 1.0))}", 0.0
+        through = material.transmission[channel or 0]
+        if through < 1.0:
+            diffuse = 1.0 / (1.0 - through)
+        elif image is None:
+            return f"rgbf {_vector((*(2.0 * through,) * 3, 0.5))}", material.diffuse[channel or 0] / through
+        else:
+            raise UnsupportedError(
+                "POV-Ray shows no texture on a surface that lets all light through",
+                where=material.path,
+                expected="a transmission below 1 for a textured material",
+                do="choose another renderer for this scene",
+            )
+    if image is None:
+        return f"rgbt {_vector((*material.diffuse, through))}", diffuse
+    clear = f" transmit all {_number(through)}" if through else ""
+    name = f"texture{material.texture}.png"
+    return f'uv_mapping image_map {{ png "{name}" gamma 1.0 interpolate 2{clear} }}', diffuse * image.scale
 
 
 def _sphere(sphere: Sphere, look: str) -> str:

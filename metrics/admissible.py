@@ -35,6 +35,7 @@ class Admissible:
     tau: Floats
     edge: Bools
     share: Floats  # (h, w) share of the footprint that was spared facet self-shadow: see Envelope.spared
+    share_is_point: bool = False  # one sample a pixel, at its centre
 
 
 def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = RELATIVE) -> Admissible:
@@ -56,7 +57,7 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
         bend = ndimage.maximum_filter(largest(np.abs(laplacian(value))), size=3)
         tau += 0.15 * np.where(edge, 0.0, bend)[..., None]
     share = envelope.spared_point if point else envelope.spared
-    return Admissible(value, np.where(at, lo, value), np.where(at, hi, value), tau, edge, share)
+    return Admissible(value, np.where(at, lo, value), np.where(at, hi, value), tau, edge, share, point)
 
 
 def _neighbourhood(values: Floats, extreme: np.ufunc) -> Floats:

@@ -26,6 +26,7 @@ Predict = Callable[[tuple[Model, ...]], Admissible]
 """What a set of models admits, for one scene and one renderer's declaration."""
 
 MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
+LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
 
 
@@ -69,8 +70,10 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
     freedom = 0.0
     excluded = np.zeros(measured.mean.shape[:2], np.bool_)
     for each in models:
-        if each.rule == "partial":
-            target, alpha, within, length = _segment(measured, target, predict((*chosen, each)))
+        if each.rule != "choice":
+            values = [predict((*chosen, value)) for value in each.values()]
+            explained = _mixture if each.rule == "set" else _segment
+            target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
             excluded |= within
             freedom += length
@@ -102,6 +105,7 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple
         tau=np.where(within[..., None], np.maximum(base.tau, limited.tau), base.tau),
         edge=edge,
         share=base.share,
+        share_is_point=base.share_is_point,
     )
     significant = within & (largest(np.abs(measured.mean - base.value) - base.tau) > 0)
     if significant.any() and float(alpha[significant].mean()) < MEAN_ALPHA:
@@ -109,6 +113,44 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple
     # a pixel's alpha counts by the share of its footprint that the artifact can take, so no filter moves the area
     area = alpha * base.share
     return target, area, within, float(np.sqrt(square[within]).sum() / within.size)
+
+
+def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+    """The admissible set where each sample takes the value of ``base`` or one of ``values``: as in ``_segment``.
+
+    At pixel centres the picture must take one of the values; where samples are averaged, anything between them. A rule
+    of the whole: the values are mixed. A picture that takes the same one nearly everywhere is a choice, not chance.
+    """
+    within = support(base, values[0])
+    for each in values[1:]:
+        within |= support(base, each)
+    everything = (base, *values)
+    value, alpha = base.value, np.zeros(within.shape)
+    if not base.share_is_point:
+        lo = np.minimum.reduce([each.lo for each in everything])
+        hi = np.maximum.reduce([each.hi for each in everything])
+        value = np.where(within[..., None], np.clip(measured.mean, lo, hi), base.value)
+        off = largest(np.abs(value - base.value))
+        reach = largest(np.maximum(hi - base.value, base.value - lo))
+        alpha = np.where(within, np.clip(off / np.maximum(reach, 1e-30), 0.0, 1.0), 0.0)
+    else:
+        distance = total(np.abs(measured.mean - base.value))
+        for each in values:
+            nearer = total(np.abs(measured.mean - each.value))
+            better = within & (nearer < distance)
+            value = np.where(better[..., None], each.value, value)
+            alpha = np.where(better, 1.0, alpha)
+            distance = np.where(better, nearer, distance)
+    edge = base.edge | np.logical_or.reduce([each.edge & within for each in values])
+    at = (edge & within)[..., None]
+    lo = np.where(at, np.minimum.reduce([each.lo for each in everything]), np.where(within[..., None], value, base.lo))
+    hi = np.where(at, np.maximum.reduce([each.hi for each in everything]), np.where(within[..., None], value, base.hi))
+    tau = np.where(within[..., None], np.maximum.reduce([each.tau for each in everything]), base.tau)
+    target = Admissible(value, lo, hi, tau, edge, base.share, base.share_is_point)
+    if within.any() and not LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    length = np.sqrt(total((values[0].value - base.value) ** 2))
+    return target, alpha, within, float(length[within].sum() / within.size)
 
 
 def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:
@@ -149,5 +191,6 @@ def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Ex
 
 def _helps(bare: Explanation, model: Model, predict: Predict) -> bool:
     """Whether ``model`` moves any pixel that needs explaining."""
-    moved = support(bare.target, predict((model,)))
-    return bool((moved & bare.significance.pixels).any()) or not bare.significance.pixels.any()
+    wrong = bare.significance.pixels
+    moved = (support(bare.target, predict((value,))) for value in model.values())
+    return not wrong.any() or any(bool((each & wrong).any()) for each in moved)

@@ -31,3 +31,19 @@ def models(scene: Scene) -> Iterator[Model]:
             options={"transparent_shadows": "free"},
             when=("glass_shadow", "none"),
         )
+        yield Model(
+            name="glass_shadow_attenuated",
+            kind="convention",
+            claim="glass casts the shadow of its transmission",
+            cites="POV-Ray 3.7 documentation: shadow rays go straight through transparent surfaces",
+            options={"transparent_shadows": "glass"},
+            when=("glass_shadow", "attenuate"),
+        )
+        yield Model(
+            name="whole_reflection",
+            kind="convention",
+            claim="total internal reflection sends on all of the light, whatever the transmission",
+            cites="POV-Ray 3.7 documentation: reflection and refraction",
+            options={"whole_reflection": True},
+            when=("total_reflection", "whole"),
+        )

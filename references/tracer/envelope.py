@@ -32,7 +32,8 @@ class Options:
         ``primary`` ray, or is ``lost``.
     retroreflection : a mirror ray goes back where it came from.
     transparent_shadows : a surface with opacity ``attenuate``s a shadow ray by 1 - opacity and glass blocks it, both
-        are ``opaque``, or glass lets all light through, ``free``.
+        are ``opaque``, or glass lets all light through, ``free``, or its share of it, ``glass``.
+    whole_reflection : total internal reflection sends on all of the light, whatever mirror and transmission are.
     ties : of surfaces that coincide to 40 bits the one ``nearest`` by rounding wins, or the ``first`` in the scene; or
         of those within ``resolution`` of it ``another`` one; or the first wins and is ``unlit`` where there is another.
     resolution, near_resolution : what a renderer cannot tell apart along a ray: the first times distance and size, plus
@@ -48,10 +49,11 @@ class Options:
     uncut: bool = False
     mirrored_highlight: Literal["own", "primary", "lost"] = "own"
     retroreflection: bool = False
-    transparent_shadows: Literal["attenuate", "opaque", "free"] = "attenuate"
+    transparent_shadows: Literal["attenuate", "opaque", "free", "glass"] = "attenuate"
     ties: Literal["nearest", "first", "another", "unlit"] = "first"
     resolution: float = 0.0
     near_resolution: float = 0.0
+    whole_reflection: bool = False
     acne: bool = False
     hit_error: float = 0.0
 
@@ -67,9 +69,10 @@ class Options:
                 int(self.uncut),
                 ("own", "primary", "lost").index(self.mirrored_highlight),
                 int(self.retroreflection),
-                ("attenuate", "opaque", "free").index(self.transparent_shadows),
+                ("attenuate", "opaque", "free", "glass").index(self.transparent_shadows),
                 ("nearest", "first", "another", "unlit").index(self.ties),
                 int(self.acne),
+                int(self.whole_reflection),
             ]
         )
 

@@ -12,12 +12,13 @@ from notabug.references.tracer.shade import albedo, corner_weights, highlight, s
 from notabug.references.tracer.traverse import closest, closest_sphere, rival, transmittance
 
 # Columns of the options array: see Options in envelope.py.
-SHADOWS, NORMALS, SILHOUETTE, AFFINE, RAW_VECTORS, UNCUT, MIRRORED, RETRO, TRANSPARENT, TIE, ACNE = range(11)
+SHADOWS, NORMALS, SILHOUETTE, AFFINE, RAW_VECTORS, UNCUT, MIRRORED, RETRO, TRANSPARENT, TIE, ACNE, WHOLE = range(12)
 # Columns of the numbers array.
 RESOLUTION, NEAR_RESOLUTION, HIT_ERROR = range(3)
 EXACT = 2.0**-40  # of distances: nearer than that surfaces coincide, whatever the renderer
 BOUNCES = 8
-PENDING = 16  # rays that may wait in the recursion's stack
+PENDING = 64  # rays that may wait in the recursion's stack: three a hit, one of them followed at once
+PASSAGES = 64  # straight passages through opacity a path may have; they are no bounces
 
 
 @kernel
@@ -77,8 +78,9 @@ def radiance(
         ox, oy, oz = rays[pending, 0], rays[pending, 1], rays[pending, 2]
         dx, dy, dz = rays[pending, 3], rays[pending, 4], rays[pending, 5]
         wr, wg, wb = rays[pending, 6], rays[pending, 7], rays[pending, 8]
-        depth, skip, skip_sphere = int(rays[pending, 9]), int(rays[pending, 10]), int(rays[pending, 11])
-        tmin = near if depth == 0 else type(dx)(32) * unit * (flat.radius + abs(ox) + abs(oy) + abs(oz))
+        generation, skip, skip_sphere = int(rays[pending, 9]), int(rays[pending, 10]), int(rays[pending, 11])
+        depth = generation // PASSAGES
+        tmin = near if generation == 0 else type(dx)(32) * unit * (flat.radius + abs(ox) + abs(oy) + abs(oz))
         i, t, b0, b1, b2 = closest(
             flat.bounds, flat.child, flat.size, flat.points, flat.face, ox, oy, oz, dx, dy, dz, tmin, far, skip, stack
         )
@@ -236,9 +238,9 @@ def radiance(
         identity = identity * 31 + (owner + 1) + 4096 * blocked
         if sag < 0 and i >= 0:
             identity += 67108864 * (round(gx * 512) + 7 * round(gy * 512) + 49 * round(gz * 512))
-        if depth == 0:
+        if generation == 0:
             spared = forgiven_here
-        if secondary is not None and depth < BOUNCES:
+        if secondary is not None:
             c = secondary.coefficients[material]
             nv = nx * vx + ny * vy + nz * vz
             two = type(dx)(2)
@@ -246,33 +248,37 @@ def radiance(
             if option[RETRO]:
                 mx, my, mz = vx, vy, vz
             mr, mg, mb = c[1], c[2], c[3]
-            if c[4] > 0 or c[5] > 0 or c[6] > 0:
+            if depth < BOUNCES and (c[4] > 0 or c[5] > 0 or c[6] > 0):
                 eta = one / c[7] if side > 0 else c[7]
                 k2 = one - eta * eta * (one - nv * nv)
                 if k2 < 0:  # total internal reflection: the ray goes on as a mirror ray
                     mr, mg, mb = mr + c[4], mg + c[5], mb + c[6]
+                    if option[WHOLE]:
+                        mr, mg, mb = one, one, one
                 elif pending < PENDING:
                     s = eta * nv - math.sqrt(k2)
                     pending = _push(
                         rays, pending, x, y, z, s * nx - eta * vx, s * ny - eta * vy, s * nz - eta * vz,
-                        wr * c[4], wg * c[5], wb * c[6], depth + 1, face, -1,
+                        wr * c[4], wg * c[5], wb * c[6], generation + PASSAGES, face, -1,
                     )  # fmt: skip
-            if (mr > 0 or mg > 0 or mb > 0) and pending < PENDING:
+            if depth < BOUNCES and (mr > 0 or mg > 0 or mb > 0) and pending < PENDING:
                 leaves = ball if (gx * mx + gy * my + gz * mz) * side > 0 and side > 0 else -1
-                pending = _push(rays, pending, x, y, z, mx, my, mz, wr * mr, wg * mg, wb * mb, depth + 1, face, leaves)
-            if opaque < 1 and pending < PENDING:
+                pending = _push(
+                    rays, pending, x, y, z, mx, my, mz, wr * mr, wg * mg, wb * mb, generation + PASSAGES, face, leaves
+                )
+            if opaque < 1 and pending < PENDING and generation % PASSAGES < PASSAGES - 1:
                 rest = one - opaque
                 pending = _push(
-                    rays, pending, x, y, z, dx, dy, dz, wr * rest, wg * rest, wb * rest, depth + 1, face, -1
+                    rays, pending, x, y, z, dx, dy, dz, wr * rest, wg * rest, wb * rest, generation + 1, face, -1
                 )
     return r, g, b, identity, spared
 
 
 @kernel
-def _push(rays, n, ox, oy, oz, dx, dy, dz, wr, wg, wb, depth, face, ball):
+def _push(rays, n, ox, oy, oz, dx, dy, dz, wr, wg, wb, generation, face, ball):
     ray = rays[n]
     ray[0], ray[1], ray[2], ray[3], ray[4], ray[5] = ox, oy, oz, dx, dy, dz
-    ray[6], ray[7], ray[8], ray[9], ray[10], ray[11] = wr, wg, wb, depth, face, ball
+    ray[6], ray[7], ray[8], ray[9], ray[10], ray[11] = wr, wg, wb, generation, face, ball
     return n + 1
 
 

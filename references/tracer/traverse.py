@@ -169,7 +169,8 @@ def sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz):
 def let_through(secondary, material, transparent, one):
     """1 - the opacity of ``material``; without secondary rays in the scene every surface is opaque.
 
-    ``transparent`` 1 takes transparent surfaces for opaque, 2 lets all light through glass.
+    ``transparent`` 1 takes transparent surfaces for opaque, 2 lets all light through glass, 3 its transmission (the mean
+    of the channels).
     """
     if secondary is None:
         return one - one
@@ -178,6 +179,8 @@ def let_through(secondary, material, transparent, one):
         return one - one
     if transparent == 2 and (c[4] > 0 or c[5] > 0 or c[6] > 0):
         return one
+    if transparent == 3:
+        return one - c[0] + (c[4] + c[5] + c[6]) / type(one)(3)
     return one - c[0]
 
 
