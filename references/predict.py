@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 from collections.abc import Iterable
@@ -61,7 +62,7 @@ def _stored_form(envelope: Envelope) -> Envelope:
 
 def _keep(path: Path, envelope: Envelope) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.npy")
+    partial = path.with_suffix(f".{os.getpid()}.partial")  # a name that the sweep below, in any process, leaves alone
     try:
         with partial.open("wb") as stored:
             for array in envelope.arrays().values():
@@ -70,10 +71,14 @@ def _keep(path: Path, envelope: Envelope) -> None:
     except OSError:  # a full disk costs time, not a verdict
         partial.unlink(missing_ok=True)
         return
-    kept = sorted(path.parent.glob("*.npy"), key=lambda each: each.stat().st_mtime)
-    total = sum(each.stat().st_size for each in kept)
-    for each in kept:
+    kept = []
+    for each in path.parent.glob("*.npy"):
+        with contextlib.suppress(FileNotFoundError):  # another process's sweep was faster
+            state = each.stat()
+            kept.append((state.st_mtime, state.st_size, each))
+    total = sum(size for _, size, _ in kept)
+    for _, size, each in sorted(kept):
         if total <= CACHE_BYTES:
             break
-        total -= each.stat().st_size
+        total -= size
         each.unlink(missing_ok=True)

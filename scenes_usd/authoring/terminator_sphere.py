@@ -21,7 +21,7 @@ CARD = {
 }
 
 # Degrees about x, y, z. Where the terminator crosses the facets scatters the area about its law; at this tilt, oblique
-# to the grid's lines, the area keeps within 5 % of 7,400 pixels over n at every tessellation.
+# to the grid's lines, the pixels that differ by more than 0.002 keep within 5 % of 7,400 over n at every tessellation.
 TILT = (-18.0, -7.0, -15.0)
 HEIGHT = 1.05  # of the centre: the sphere stands clear of the floor
 

@@ -154,7 +154,6 @@ def test_a_near_plane_too_near_lets_a_floor_show_through(stage: Any, opengl: Ope
     for near in (0.1, 0.01, 0.001, 0.0001):
         scene = pair(stage, stage.quad(1.0, (0, 0, 1e-4)), near=near, far=100.0)
         seen.append(share(stage.draw(stage.replace(opengl, depth=depth), scene)))
-    print(depth, seen)
     if depth == "reversed32":
         assert min(seen) > 0.99
     else:
