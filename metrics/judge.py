@@ -62,10 +62,10 @@ def judge(
     ``perceive`` measures FLIP and colour differences on the legs that are not empty; without it the legs hold only
     pixel counts. ``others`` gives references of other scenes, to recognise a picture that belongs to one of them.
     """
-    sets: dict[tuple[str, ...], Admissible] = {}
+    sets: dict[tuple[tuple[str, str], ...], Admissible] = {}
 
     def predicted(chosen: tuple[Model, ...]) -> Admissible:
-        key = tuple(each.name for each in chosen)
+        key = tuple((each.name, repr(each.options)) for each in chosen)
         if key not in sets:
             sets[key] = admissible(predict(scene, chosen), declaration, tolerance)
         return sets[key]

@@ -19,7 +19,7 @@ def models(scene: Scene) -> Iterator[Model]:
         return
     for precision, u in ROUNDOFF.items():
         yield Model(
-            name=f"acne_{precision}",
+            name="acne",
             kind="limitation",
             rule="set",
             claim="the surface shadows itself where no reasonable epsilon prevents it",

@@ -34,7 +34,7 @@ def models(scene: Scene) -> Iterator[Model]:
 
 def _fight(field: str, value: str, resolution: dict[str, float]) -> Model:
     return Model(
-        name=f"coincident_surfaces_{value}",
+        name="coincident_surfaces",
         kind="limitation",
         rule="set",
         claim="of surfaces that coincide within the renderer's resolution another one wins from pixel to pixel",

@@ -169,8 +169,8 @@ def sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz):
 def let_through(secondary, material, transparent, one):
     """1 - the opacity of ``material``; without secondary rays in the scene every surface is opaque.
 
-    ``transparent`` 1 takes transparent surfaces for opaque, 2 lets all light through glass, 3 its transmission (the mean
-    of the channels).
+    ``transparent`` 1 takes transparent surfaces for opaque, 2 lets all light through glass, 3 its transmission (the
+    mean of the channels).
     """
     if secondary is None:
         return one - one
