@@ -81,7 +81,7 @@ def judge(
     findings: tuple[Finding, ...] = ()
     word: Word
     hesitation = _hesitation(measured, found, declaration)
-    considered = {key[0]: to.value for key, to in sets.items() if len(key) == 1}
+    considered = {key[0][0]: to.value for key, to in sets.items() if len(key) == 1}
     if hesitation:
         word, message = "inconclusive", hesitation
     elif found.triggers:
