@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from notabug.scenes_usd.authoring.acne_sphere import CAMERA_DISTANCES
 from notabug.scenes_usd.authoring.reflection import Reflection, reflection
 from notabug.scenes_usd.authoring.shapes import box, grid, moved
 from notabug.scenes_usd.authoring.stage import (
@@ -53,7 +52,7 @@ def files() -> dict[str, bytes]:
         mesh("Wall", wall, [(0, 1, 2, 3)], material="Wall"),
         block('def Xform "Block"', placed((0.55, 0.25, -0.65), (0.0, 33.0, 0.0)), _block()),
         sphere("Ball", 0.42, "Red", placed((-0.5, 0.52, -0.5))),
-        distances(1.5, CAMERA_DISTANCES),
+        distances(1.5, ("10", "1e3", "1e5", "1e7")),
     ]
     return {
         "acne/mirror.usda": stage(

@@ -34,7 +34,7 @@ PLASTIC = Reflection(diffuse=(0.12, 0.2, 0.32), specular=(0.62, 0.62, 0.62), exp
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     parts = [
-        camera((0.0, 0.0, 8.0), (), 0.145, (0.1, 100.0)),
+        camera((0.0, 0.0, 40.0), (), 0.0285, (1.0, 100.0)),
         distant_light(looking((-0.92, -0.2, 0.335)), 3.7),
         materials(reflection("Plastic", PLASTIC)),
         sphere("Ball", 1.0, "Plastic"),

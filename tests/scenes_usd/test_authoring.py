@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import itertools
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,14 @@ import numpy as np
 import pytest
 
 from notabug.scenes_usd.authoring import __main__ as authoring
+from notabug.scenes_usd.authoring import simplify
 from notabug.scenes_usd.authoring.calibration_card import target
 from notabug.scenes_usd.authoring.png import png
+from notabug.scenes_usd.authoring.shapes import Shape, bowl, box, cylinder, grid, lat_long, slab
+from notabug.scenes_usd.authoring.texture_simplified import CELLS, FACES, MESHES, height, read_obj
 from notabug.scenes_usd.authoring.texture_uneven_quad import checker
 from notabug.scenes_usd.authoring.usda import integers, number
+from notabug.scenes_usd.catalogue import scenes
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import CORPUS, read_scene
 from notabug.scenes_usd.scene import Light
@@ -85,3 +90,105 @@ def test_nothing_clips(scene: str) -> None:
         distance = float(np.linalg.norm(mesh.points - light.position, axis=1).min())
         if mesh.path != "/Scene/Floor":  # its corners are not where the light falls steepest
             assert 0.5 < albedo * irradiance(light, distance) / np.pi < 0.95
+
+
+CLOSED = {
+    "lat_long": (lat_long(24, 12), 4 * np.pi / 3),
+    "box": (box((-1.0, 0.0, -0.5), (1.0, 0.5, 0.5)), 1.0),
+    "cylinder": (cylinder(48, 0.5, 2.0), 0.5 * np.pi),
+    "slab": (slab(5, 1.0, 0.5), 2.0),
+}
+
+
+def volume(shape: Shape) -> float:
+    """Signed, positive where faces are counter-clockwise seen from outside."""
+    points = np.array(shape[0])
+    return float(
+        sum(
+            np.linalg.det(points[[face[0], face[i], face[i + 1]]]) / 6
+            for face in shape[1]
+            for i in range(1, len(face) - 1)
+        )
+    )
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_shapes_are_closed_and_face_outwards(name: str) -> None:
+    shape, expected = CLOSED[name]
+    edges = [(a, b) for face in shape[1] for a, b in zip(face, (*face[1:], face[0]), strict=True)]
+    assert len(set(edges)) == len(edges)
+    assert {(b, a) for a, b in edges} == set(edges)
+    assert volume(shape) == pytest.approx(
+        expected, rel=0.01 if name == "cylinder" else 0.08 if name == "lat_long" else 1e-12
+    )
+    if name == "lat_long":
+        assert volume(shape) < 4 * np.pi / 3
+
+
+def test_bowl_faces_its_centre() -> None:
+    points, faces = bowl(24, 12)
+    assert max(y for _, y, _ in points) == pytest.approx(0.0, abs=1e-12)
+    assert len(faces) == 24 * 11
+    for face in faces:
+        a, b, c = (np.array(points[corner]) for corner in face)
+        assert np.cross(b - a, c - a) @ (a + b + c) < 0
+
+
+def test_grid_faces_up() -> None:
+    points, faces = grid(3, 2, 1.5, 1.0)
+    areas = [np.cross(*(np.array(points[face[k]]) - points[face[0]] for k in (1, 2)))[1] / 2 for face in faces]
+    assert min(areas) > 0
+    assert sum(areas) == pytest.approx(6.0)
+
+
+def test_own_shaders_have_a_fallback() -> None:
+    """What another renderer sees of a notabug:Reflection material is a UsdPreviewSurface."""
+    from pxr import Usd, UsdShade
+
+    found = 0
+    for each in scenes():
+        stage = Usd.Stage.Open(str(each.path))
+        for prim in stage.Traverse():
+            material = UsdShade.Material(prim)
+            if material and material.GetSurfaceOutput("notabug"):
+                shader = material.ComputeSurfaceSource()[0]
+                assert shader.GetShaderId() == "UsdPreviewSurface", prim.GetPath()
+                found += 1
+    assert found >= 9
+
+
+@pytest.mark.parametrize("name", ["with_uv", "without_uv"])
+def test_simplified_meshes(name: str) -> None:
+    """FACES triangles over the same square, with points of the relief itself."""
+    points, uv, faces = read_obj(MESHES / f"simplified_{name}.obj")
+    assert len(faces) == FACES
+    assert len(uv) == len(points)
+    assert volume(([(x, 0.0, z) for x, _, z in points], faces)) == pytest.approx(0.0)
+    plan = [
+        np.cross(*(np.array(points[face[k]])[[2, 0]] - np.array(points[face[0]])[[2, 0]] for k in (1, 2)))
+        for face in faces
+    ]
+    assert sum(plan) / 2 == pytest.approx(4.0, rel=1e-5)
+    for x, y, z in points:
+        assert y == pytest.approx(height(x, z), abs=1e-6)
+        assert (x + 1) * CELLS / 2 == pytest.approx(round((x + 1) * CELLS / 2), abs=1e-4)
+
+
+@pytest.mark.skipif(importlib.util.find_spec("pymeshlab") is None, reason="pip install 'notabug[mesh]'")
+def test_simplifying_again_is_identical(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simplify, "MESHES", tmp_path)
+    assert simplify.main() == 0
+    for path in tmp_path.iterdir():
+        again, stored = (read_obj(each) for each in (path, MESHES / path.name))
+        assert again[2] == stored[2], "another version of pymeshlab may collapse other edges: look before checking in"
+        np.testing.assert_allclose(again[0], stored[0], atol=1e-6)
+
+
+def test_without_pymeshlab_the_meshes_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(simplify, "MESHES", tmp_path)
+    monkeypatch.setattr(simplify, "PROGRAM", "import pymeshlab_that_is_not_there")
+    assert simplify.main() == 1
+    assert "kept as it is" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
