@@ -9,8 +9,9 @@ from notabug.scenes_usd.scene import Scene
 
 _PAPER = "Woo, Pearce and Ouellette 1996, figure 9"
 
-# What cannot be told apart along a ray, relative to distance and size: a few roundings of the intersection.
-FLOAT = {"float32": 16 * 2.0**-24, "float64": 16 * 2.0**-53}
+# What cannot be told apart along a ray, relative to distance and size: a few roundings of a float32 intersection, or of
+# the float32 points that renderers with double arithmetic store too.
+FLOAT = {"float32": 16 * 2.0**-24, "float64": 4 * 2.0**-24}
 BITS = {"fixed16": 16, "fixed24": 24}
 
 

@@ -15,7 +15,7 @@ from notabug.references.tracer.traverse import closest, closest_sphere, rival, t
 SHADOWS, NORMALS, SILHOUETTE, AFFINE, RAW_VECTORS, UNCUT, MIRRORED, RETRO, TRANSPARENT, TIE, ACNE, WHOLE = range(12)
 # Columns of the numbers array.
 RESOLUTION, NEAR_RESOLUTION, HIT_ERROR = range(3)
-EXACT = 2.0**-40  # of distances: nearer than that surfaces coincide, whatever the renderer
+EXACT = 2.0**-26  # of distances: what float32 points of one place may lie apart; nearer, surfaces coincide
 BOUNCES = 8
 PENDING = 64  # rays that may wait in the recursion's stack: three a hit, one of them followed at once
 PASSAGES = 64  # straight passages through opacity a path may have; they are no bounces
