@@ -57,7 +57,7 @@ def light_on(flat, lobes, maps, material, x, y, z, nx, ny, nz, vx, vy, vz):
         nl = nx * lx + ny * ly + nz * lz
         if nl <= 0 or in_shadow(maps, k, x, y, z):
             continue
-        h = highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz)
+        h = highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz, type(nx)(0))
         e = falloff * type(x)(1 / math.pi)
         er, eg, eb = e * light[4], e * light[5], e * light[6]
         dr, dg, db = dr + er * nl, dg + eg * nl, db + eb * nl
