@@ -19,8 +19,7 @@ def check_supported(adapter: Adapter, scene: Scene) -> None:
         raise UnsupportedError(
             f"scene {scene.id!r} needs {', '.join(missing)}",
             where=f"adapter {adapter.name!r}",
-            expected=f"only {', '.join(sorted(adapter.capabilities))}",
-            do="choose another renderer for this scene",
+            do="choose another renderer for this scene; `notabug list renderers` says what each can do",
         )
 
 

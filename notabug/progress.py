@@ -15,6 +15,8 @@ from notabug.metrics.verdict import GLYPH
 from notabug.record import Result
 from notabug.words import STYLE, area, finding_names, number, strongest
 
+_PLAIN = "default not bold"
+
 
 class Board:
     """Draws a run on ``console``; a ``Watcher`` and a context manager."""
@@ -100,13 +102,18 @@ def table(results: Sequence[Result]) -> Table:
 
 
 def messages(results: Sequence[Result]) -> list[Text]:
-    """A line for each result that is not well: what it is and the sentence that says why."""
+    """What is not well and why: a line for each result, one for all variants of which the same is to be said."""
+    same: dict[tuple[str, str, str], list[Result]] = {}
+    for each in results:
+        if each.verdict.message and each.verdict.word not in ("pass", "limitation"):
+            same.setdefault((each.scene, each.renderer, each.verdict.message), []).append(each)
     return [
-        verdict_text(each)
-        .append(f"  {each.scene} {each.variant}".rstrip(), style="default not bold")
-        .append(f" {each.renderer}: {each.verdict.message}", style="default not bold")
-        for each in results
-        if each.verdict.message and each.verdict.word not in ("pass", "limitation")
+        verdict_text(found[0])
+        .append(
+            f"  {scene} {found[0].variant if len(found) == 1 else f'({len(found)} variants)'}".rstrip(), style=_PLAIN
+        )
+        .append(f" {renderer}: {message}", style=_PLAIN)
+        for (scene, renderer, message), found in same.items()
     ]
 
 

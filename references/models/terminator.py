@@ -28,7 +28,7 @@ def models(scene: Scene) -> Iterator[Model]:
         name="facet_self_shadow",
         kind="limitation",
         rule="partial",
-        claim="flat facets shadow the smooth surface that their interpolated normals imply, or leak light into its hollows",
+        claim="flat facets shadow the smooth surface that their normals imply, or leak light into its hollows",
         cites=f"{_PAPER}; Snyder and Barr 1987",
         options={"shadows": "facets"},
     )
