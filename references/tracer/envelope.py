@@ -34,8 +34,9 @@ class Options:
     transparent_shadows : a surface with opacity ``attenuate``s a shadow ray by 1 - opacity and glass blocks it, both
         are ``opaque``, or glass lets all light through, ``free``, or its share of it, ``glass``.
     whole_reflection : total internal reflection sends on all of the light, whatever mirror and transmission are.
-    ties : of surfaces that float32 points cannot tell apart the ``nearest`` by rounding wins, or the ``first`` in the scene; or
-        of those within ``resolution`` of it ``another`` one; or the first wins and is ``unlit`` where there is another.
+    ties : of surfaces that float32 points cannot tell apart the ``nearest`` by rounding wins, or the ``first`` in the
+        scene; or of those within ``resolution`` of it ``another`` one; or the first, and it is ``unlit`` where there is
+        another. Unless the nearest wins, coincident surfaces do not shadow each other.
     resolution, near_resolution : what a renderer cannot tell apart along a ray: the first times distance and size, plus
         the second times the squared distance (a depth buffer's).
     acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``.

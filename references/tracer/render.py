@@ -92,10 +92,10 @@ def radiance(
         if i < 0 and ball < 0:
             continue
         unlit = False
+        extent = (t + flat.radius) * type(dx)(EXACT)
         if option[TIE] > 0:
             # of coincident surfaces the first of the scene wins; within the renderer's resolution another one may
             found = spheres.object[ball] if ball >= 0 and spheres is not None else flat.object[i]
-            extent = (t + flat.radius) * type(dx)(EXACT)
             triangle, sphere, along, a0, a1, a2, winner = rival(
                 flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, False, stack
             )
@@ -200,11 +200,14 @@ def radiance(
                 steep = abs(gx * lx + gy * ly + gz * lz)
                 if type(dx)(number[HIT_ERROR]) * reach > steep * pixel_angle * t:
                     dark = True
+            begin = start
+            if option[TIE] > 0:  # what coincides with this surface does not shadow it
+                begin += type(dx)(4) * extent / max(abs(gx * lx + gy * ly + gz * lz), type(dx)(0.001))
             if dark:
                 share = zero
             elif option[SHADOWS] != 2 and nl > 0:  # behind, an uncut highlight belongs to a shader without shadows
                 share, forgiven = transmittance(
-                    flat, spheres, secondary, x, y, z, lx, ly, lz, start, distance, i,
+                    flat, spheres, secondary, x, y, z, lx, ly, lz, begin, distance, i,
                     ball if (gx * lx + gy * ly + gz * lz) * side > 0 else -1,
                     option[SHADOWS] == 0, side, nl, option[TRANSPARENT], stack,
                 )  # fmt: skip
