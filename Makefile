@@ -9,7 +9,7 @@ BIN := .venv/bin
 .PHONY: help setup renderers run test lint format bench clean
 
 help:
-	@echo "make run    set up, render all scenes and variants, judge (ARGS='SCENE -r RENDERER ...' for some)"
+	@echo "make run    set up, render all scenes, judge (ARGS='SCENE -r RENDERER ...' for some)"
 	@echo "make test   set up, run the tests (ARGS='-k name')"
 	@echo "make lint   set up, check format, style and types"
 	@echo "make bench  set up, measure speed: tracer against Embree, envelope, verdict, start"
@@ -28,7 +28,7 @@ renderers: .venv/installed
 	@test -e .venv/renderers || { .ci/renderers && touch .venv/renderers; } || true
 
 run: setup
-	$(BIN)/notabug run $(or $(ARGS),--variants all)
+	$(BIN)/notabug run $(ARGS)
 
 test: setup
 	$(BIN)/pytest -n auto $(ARGS)

@@ -15,7 +15,7 @@ from notabug.references.tracer.traverse import closest, closest_sphere, rival, t
 SHADOWS, NORMALS, SILHOUETTE, AFFINE, RAW_VECTORS, UNCUT, MIRRORED, RETRO, TRANSPARENT, TIE, ACNE, WHOLE = range(12)
 # Columns of the numbers array.
 RESOLUTION, NEAR_RESOLUTION, HIT_ERROR = range(3)
-EXACT = 2.0**-26  # of distances: what float32 points of one place may lie apart; nearer, surfaces coincide
+EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
 BOUNCES = 8
 PENDING = 64  # rays that may wait in the recursion's stack: three a hit, one of them followed at once
 PASSAGES = 64  # straight passages through opacity a path may have; they are no bounces
@@ -92,7 +92,7 @@ def radiance(
         if i < 0 and ball < 0:
             continue
         unlit = False
-        extent = (t + flat.radius) * type(dx)(EXACT)
+        extent = flat.radius * type(dx)(EXACT) + type(dx)(32) * unit * t
         if option[TIE] > 0:
             # of coincident surfaces the first of the scene wins; within the renderer's resolution another one may
             found = spheres.object[ball] if ball >= 0 and spheres is not None else flat.object[i]
