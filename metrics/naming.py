@@ -60,8 +60,9 @@ def name_bug(
     best = min(tried, key=lambda each: each.remains, default=None)
     if best is not None and best.remains < REMAINS:
         return best
-    for name, picture in others() if _alike(measured.mean, reference.value) < OTHER else ():
-        if _alike(measured.mean, picture) > SAME:
+    if _alike(measured.mean, reference.value) < OTHER:
+        likeness, name = max(((_alike(measured.mean, each), name) for name, each in others()), default=(0.0, ""))
+        if likeness > SAME:
             return Name("wrong_scene", f"this is a picture of {name}", 0.0)
     return Name("unexplained", "no model of a fault leaves this picture", 1.0)
 

@@ -480,7 +480,8 @@ def assembly(make: Any) -> str:
     o, d = np.zeros(3, np.float32), np.array((0, 0, -1), np.float32)
     stack, rays = np.empty(bvh.STACK, np.int32), np.empty((render.PENDING, 12), np.float32)
     features = (flat.quads, flat.textures, flat.spheres, flat.lobes, flat.secondary)
-    fresh(flat, *features, Options().encoded(), *o, *d, np.float32(0.1), np.float32(100), stack, rays)
+    switches_and_numbers = (Options().encoded(), Options().numbers(), np.float32(0.01))
+    fresh(flat, *features, *switches_and_numbers, *o, *d, np.float32(0.1), np.float32(100), stack, rays)
     (text,) = fresh.inspect_llvm().values()
     return str(text)
 
