@@ -24,6 +24,8 @@ from notabug.metrics.significance import Significance, significance
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
+Explained = tuple[Admissible, Floats, Bools, float]
+"""An admissible set, the share alpha (h, w) of a model in it, its support (h, w), and its freedom."""
 Predict = Callable[[tuple[Model, ...]], Admissible]
 """What a set of models admits, for one scene and one renderer's declaration."""
 
@@ -80,6 +82,8 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
         if each.rule != "choice":
             values = [predict((*chosen, value)) for value in each.values()]
             explained = {"set": _mixture, "partial": _segment, "any": _anything}[each.rule]
+            if each.kind == "limitation" and each.rule == "set":
+                explained = partial(_mixed, explained)
             if each.grain:
                 explained = partial(_grained, explained)
             target, alpha, within, length = explained(measured, target, *values)
@@ -99,7 +103,7 @@ def support(bare: Admissible, other: Admissible) -> Bools:
     return np.asarray(largest(np.abs(other.value - bare.value) - np.maximum(bare.tau, other.tau)) > 0)
 
 
-def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Explained:
     """The admissible set between ``base`` and ``limited``: (set, alpha (h, w), support (h, w), freedom)."""
     v = limited.value - base.value
     within = support(base, limited)
@@ -125,11 +129,10 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple
     return target, area, within, float(np.sqrt(square[within]).sum() / within.size)
 
 
-def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
     """The admissible set where each sample takes the value of ``base`` or one of ``values``: as in ``_segment``.
 
-    At pixel centres the picture must take one of the values; where samples are averaged, anything between them. A rule
-    of the whole: the values are mixed. A picture that takes the same one nearly everywhere is a choice, not chance.
+    At pixel centres the picture must take one of the values; where samples are averaged, anything between them.
     """
     within = support(base, values[0])
     for each in values[1:]:
@@ -157,13 +160,11 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> tuple
     hi = np.where(at, np.maximum.reduce([each.hi for each in everything]), np.where(within[..., None], value, base.hi))
     tau = np.where(within[..., None], np.maximum.reduce([each.tau for each in everything]), base.tau)
     target = Admissible(value, lo, hi, tau, edge, base.share, base.share_is_point)
-    if within.any() and not LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED:
-        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     length = np.sqrt(total((values[0].value - base.value) ** 2))
     return target, alpha, within, float(length[within].sum() / within.size)
 
 
-def _anything(measured: Measured, base: Admissible, *values: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
     """The admissible set where a picture may show anything in the support of ``values``: as in ``_segment``."""
     within = np.logical_or.reduce([support(base, each) for each in values])
     at = within[..., None]
@@ -174,12 +175,18 @@ def _anything(measured: Measured, base: Admissible, *values: Admissible) -> tupl
     return replace(base, value=value, lo=lo, hi=hi), alpha, within, length
 
 
+def _mixed(explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible) -> Explained:
+    """What ``explained`` admits, if it is a mixture: one value nearly everywhere is a choice, not chance."""
+    found = explained(measured, base, *values)
+    _, alpha, within, _ = found
+    if within.any() and not LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    return found
+
+
 def _grained(
-    explained: Callable[..., tuple[Admissible, Floats, Bools, float]],
-    measured: Measured,
-    base: Admissible,
-    *values: Admissible,
-) -> tuple[Admissible, Floats, Bools, float]:
+    explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible
+) -> Explained:
     """What ``explained`` admits, if it is dots: shares alpha that differ from those around them, each by itself.
 
     A half-dark band and a black blot are no acne. In a mean over many samples dots are small deviations, but still

@@ -53,13 +53,12 @@ def name_bug(
         for cause in causes(measured, target):
             left = significance(residual(measured.mean, cause.target), measured, cause.target)
             tried.append(Name(cause.name, cause.message, left.excess / length))
-    for fault in faults:
-        for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
+    for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
+        for fault in faults:
             left = fit(measured, models, predict, (fault,))
-            excess = left.significance.excess
-            tried.append(Name(fault.name, fault.claim, excess / length, left.freedom))
-            if excess == 0:
-                break
+            tried.append(Name(fault.name, fault.claim, left.significance.excess / length, left.freedom))
+        if min((each.remains for each in tried), default=1.0) < NOTHING:
+            break
     # of names that leave next to nothing, the one that could have explained the least else
     best = min(tried, key=lambda each: (max(each.remains, NOTHING), each.freedom), default=None)
     if best is not None and best.remains < REMAINS:

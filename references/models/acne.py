@@ -61,7 +61,7 @@ def models(scene: Scene) -> Iterator[Model]:
         options={"start": "absolute", "epsilon": LARGE * seen},
     )
     constant = {"start": "absolute", "epsilon": NOMINAL}
-    small = NOMINAL > seen / scene.width  # here the same constant is too large
+    small = seen / scene.width < NOMINAL  # here the same constant is too large
     yield Model(
         name="epsilon_not_scaled",
         kind="fault",
