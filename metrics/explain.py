@@ -32,6 +32,7 @@ Predict = Callable[[tuple[Model, ...]], Admissible]
 MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
+LEAST_ANYTHING = 0.05  # a fault that may do anything is none that touches less than this of its support
 LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
 MOST_ALIKE = 0.3  # correlation of neighbours' differences; a blot's is above .5
 
@@ -171,7 +172,9 @@ def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Expl
     value = np.where(at, measured.mean, base.value)
     lo, hi = np.where(at, value, base.lo), np.where(at, value, base.hi)
     alpha = (within & (largest(np.abs(measured.mean - base.value) - base.tau) > 0)).astype(np.float64)
-    length = float(alpha.sum()) * max(1.0, float(base.value.max(initial=0.0)))  # more than any list of values has
+    if within.any() and float(alpha[within].mean()) < LEAST_ANYTHING:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    length = float(within.sum())  # more than any list of values has: theirs is a mean over the picture
     return replace(base, value=value, lo=lo, hi=hi), alpha, within, length
 
 
