@@ -7,11 +7,13 @@ their support, the segment from there to their own picture: V = B - R, alpha = c
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import Admissible, Bools, residual
@@ -22,12 +24,17 @@ from notabug.metrics.significance import Significance, significance
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
+Explained = tuple[Admissible, Floats, Bools, float]
+"""An admissible set, the share alpha (h, w) of a model in it, its support (h, w), and its freedom."""
 Predict = Callable[[tuple[Model, ...]], Admissible]
 """What a set of models admits, for one scene and one renderer's declaration."""
 
 MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
+LEAST_ANYTHING = 0.05  # a fault that may do anything is none that touches less than this of its support
+LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
+MOST_ALIKE = 0.3  # correlation of neighbours' differences; a blot's is above .5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +54,7 @@ class Explanation:
     significance: Significance
     nuisance: Nuisance  # fitted only where nothing else is wrong
     before: Floats  # (h, w) z of the picture against the reference alone
+    supports: dict[str, Bools] = field(default_factory=dict)  # (h, w) where each ``partial`` or ``set`` may act
 
     @property
     def triggers(self) -> tuple[str, ...]:
@@ -60,28 +68,35 @@ class Explanation:
 
 def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: tuple[Model, ...] = ()) -> Explanation:
     """Explain ``measured`` by all of ``models`` on top of ``fixed`` (a fault under test)."""
-    chosen = fixed + tuple(each for each in models if each.rule == "choice")
+    applied = fixed + models
+    chosen = tuple(each for each in applied if each.rule == "choice")
     target = predict(chosen)
     alphas: dict[str, Floats] = {
         each.name: support(predict(fixed), predict((*fixed, each))).astype(np.float64)
         for each in models
-        if each.rule == "choice"
+        if each.rule == "choice" and all(other.rule == "choice" for other in fixed)
     }
     freedom = 0.0
     excluded = np.zeros(measured.mean.shape[:2], np.bool_)
-    for each in models:
+    supports: dict[str, Bools] = {}
+    for each in applied:
         if each.rule != "choice":
             values = [predict((*chosen, value)) for value in each.values()]
-            explained = _mixture if each.rule == "set" else _segment
+            explained = {"set": _mixture, "partial": _segment, "any": _anything}[each.rule]
+            if each.kind == "limitation" and each.rule == "set":
+                explained = partial(_mixed, explained)
+            if each.grain:
+                explained = partial(_grained, explained)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
+            supports[each.name] = within
             excluded |= within
             freedom += length
     r = residual(measured.mean, target)
     found = significance(r, measured, target)
     nearest = np.where(found.pixels[..., None], np.clip(measured.mean, target.lo, target.hi), measured.mean)
     global_fit = Nuisance() if found.triggers else nuisance(measured, target, excluded)
-    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z)
+    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z, supports)
 
 
 def support(bare: Admissible, other: Admissible) -> Bools:
@@ -89,7 +104,7 @@ def support(bare: Admissible, other: Admissible) -> Bools:
     return np.asarray(largest(np.abs(other.value - bare.value) - np.maximum(bare.tau, other.tau)) > 0)
 
 
-def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Explained:
     """The admissible set between ``base`` and ``limited``: (set, alpha (h, w), support (h, w), freedom)."""
     v = limited.value - base.value
     within = support(base, limited)
@@ -115,11 +130,10 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple
     return target, area, within, float(np.sqrt(square[within]).sum() / within.size)
 
 
-def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
     """The admissible set where each sample takes the value of ``base`` or one of ``values``: as in ``_segment``.
 
-    At pixel centres the picture must take one of the values; where samples are averaged, anything between them. A rule
-    of the whole: the values are mixed. A picture that takes the same one nearly everywhere is a choice, not chance.
+    At pixel centres the picture must take one of the values; where samples are averaged, anything between them.
     """
     within = support(base, values[0])
     for each in values[1:]:
@@ -147,10 +161,51 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> tuple
     hi = np.where(at, np.maximum.reduce([each.hi for each in everything]), np.where(within[..., None], value, base.hi))
     tau = np.where(within[..., None], np.maximum.reduce([each.tau for each in everything]), base.tau)
     target = Admissible(value, lo, hi, tau, edge, base.share, base.share_is_point)
-    if within.any() and not LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED:
-        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     length = np.sqrt(total((values[0].value - base.value) ** 2))
     return target, alpha, within, float(length[within].sum() / within.size)
+
+
+def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
+    """The admissible set where a picture may show anything in the support of ``values``: as in ``_segment``."""
+    within = np.logical_or.reduce([support(base, each) for each in values])
+    at = within[..., None]
+    value = np.where(at, measured.mean, base.value)
+    lo, hi = np.where(at, value, base.lo), np.where(at, value, base.hi)
+    alpha = (within & (largest(np.abs(measured.mean - base.value) - base.tau) > 0)).astype(np.float64)
+    if within.any() and float(alpha[within].mean()) < LEAST_ANYTHING:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    length = float(within.sum())  # more than any list of values has: theirs is a mean over the picture
+    return replace(base, value=value, lo=lo, hi=hi), alpha, within, length
+
+
+def _mixed(explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible) -> Explained:
+    """What ``explained`` admits, if it is a mixture: one value nearly everywhere is a choice, not chance."""
+    found = explained(measured, base, *values)
+    _, alpha, within, _ = found
+    if within.any() and not LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    return found
+
+
+def _grained(
+    explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible
+) -> Explained:
+    """What ``explained`` admits, if it is dots: shares alpha that differ from those around them, each by itself.
+
+    A half-dark band and a black blot are no acne. In a mean over many samples dots are small deviations, but still
+    deviations; in blots neighbours deviate alike.
+    """
+    found = explained(measured, base, *values)
+    _, alpha, within, _ = found
+    count = np.maximum(ndimage.uniform_filter(within.astype(np.float64), 5, mode="constant"), 1e-9)
+    off = np.where(within, alpha - ndimage.uniform_filter(alpha * within, 5, mode="constant") / count, 0.0)
+    power = float((off**2).sum())
+    if power <= LEAST_GRAIN**2 * float((within & (alpha > 0)).sum()):
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    alike = 0.5 * float((off[:, 1:] * off[:, :-1]).sum() + (off[1:] * off[:-1]).sum())
+    if alike > MOST_ALIKE * power:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    return found
 
 
 def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:
@@ -165,7 +220,7 @@ def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:
 def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, ...]:
     """The limitations and conventions that ``declaration`` leaves open; ``unknown`` features leave all open."""
     return tuple(
-        each
+        each.under(declaration)
         for each in models
         if each.kind != "fault"
         and (each.when is None or getattr(declaration, each.when[0]) in (each.when[1], "unknown"))
