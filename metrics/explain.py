@@ -62,11 +62,12 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
     """Explain ``measured`` by all of ``models`` on top of ``fixed`` (a fault under test)."""
     chosen = fixed + tuple(each for each in models if each.rule == "choice")
     target = predict(chosen)
-    alphas: dict[str, Floats] = {
-        each.name: support(predict(fixed), predict((*fixed, each))).astype(np.float64)
-        for each in models
-        if each.rule == "choice"
-    }
+    alphas: dict[str, Floats] = {}
+    for each in chosen[len(fixed) :]:
+        acts = support(predict(fixed), predict((*fixed, each)))
+        if not acts.any():  # alone; beside the others it may
+            acts = support(predict(tuple(other for other in chosen if other is not each)), target)
+        alphas[each.name] = acts.astype(np.float64)
     freedom = 0.0
     excluded = np.zeros(measured.mean.shape[:2], np.bool_)
     for each in models:
@@ -153,10 +154,23 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> tuple
     return target, alpha, within, float(length[within].sum() / within.size)
 
 
-def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:
-    """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other."""
+def habits(models: Sequence[Model]) -> tuple[Model, ...]:
+    """The conventions among ``models`` whose feature has one value: a renderer has all of them at once."""
+    features = [each.when[0] for each in models if each.when]
+    return tuple(
+        each for each in models if each.kind == "convention" and each.when and features.count(each.when[0]) == 1
+    )
+
+
+def candidates(models: Sequence[Model], together: tuple[Model, ...] = ()) -> Iterator[tuple[Model, ...]]:
+    """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other.
+
+    The models ``together`` count as one.
+    """
+    units = [(each,) for each in models] + ([together] if len(together) > 1 else [])
     for size in range(min(LARGEST_SET, len(models)) + 1):
-        for chosen in combinations(models, size):
+        for some in combinations(units, size):
+            chosen = tuple(each for unit in some for each in unit)
             features = [each.when[0] for each in chosen if each.when]
             if len(set(features)) == len(features):
                 yield chosen
@@ -178,7 +192,7 @@ def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Ex
     if not bare.triggers:
         return bare
     useful = [each for each in models if _helps(bare, each, predict)]
-    for chosen in candidates(useful):
+    for chosen in candidates(useful, habits(models)):
         if not chosen:
             continue
         found = fit(measured, chosen, predict)

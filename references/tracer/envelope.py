@@ -39,6 +39,11 @@ class Options:
         another. Unless the nearest wins, coincident surfaces do not shadow each other.
     resolution, near_resolution : what a renderer cannot tell apart along a ray: the first times distance and size, plus
         the second times the squared distance (a depth buffer's).
+    self_reflection, self_refraction : a mirror or refracted ray that leaves the smooth surface but runs beneath its own
+        facet meets the facets beside it, instead of passing them.
+    counted_glass : whether a ray enters glass or leaves it follows from how often it has passed a surface of it, not
+        from the side of the facet that it meets.
+    gouraud : a smooth mesh is lit, and shadowed, at the corners of its triangles, and the colours are interpolated.
     acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``.
     """
 
@@ -55,6 +60,10 @@ class Options:
     resolution: float = 0.0
     near_resolution: float = 0.0
     whole_reflection: bool = False
+    self_reflection: bool = False
+    self_refraction: bool = False
+    counted_glass: bool = False
+    gouraud: bool = False
     acne: bool = False
     hit_error: float = 0.0
 
@@ -74,6 +83,10 @@ class Options:
                 ("nearest", "first", "another", "unlit").index(self.ties),
                 int(self.acne),
                 int(self.whole_reflection),
+                int(self.self_reflection),
+                int(self.self_refraction),
+                int(self.counted_glass),
+                int(self.gouraud),
             ]
         )
 
