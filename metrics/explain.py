@@ -165,11 +165,12 @@ def habits(models: Sequence[Model]) -> tuple[Model, ...]:
 def candidates(models: Sequence[Model], together: tuple[Model, ...] = ()) -> Iterator[tuple[Model, ...]]:
     """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other.
 
-    The models ``together`` count as one.
+    The models ``together`` count as one, which beside others is the likeliest.
     """
-    units = [(each,) for each in models] + ([together] if len(together) > 1 else [])
+    single = [(each,) for each in models]
+    block = [together] if len(together) > 1 else []
     for size in range(min(LARGEST_SET, len(models)) + 1):
-        for some in combinations(units, size):
+        for some in combinations(single + block if size < 2 else block + single, size):
             chosen = tuple(each for unit in some for each in unit)
             features = [each.when[0] for each in chosen if each.when]
             if len(set(features)) == len(features):
