@@ -53,10 +53,13 @@ class Declaration:
         transmission (``attenuate``), or all of its light (``none``); it is never refracted.
     total_reflection : the weight of the mirror ray where glass reflects totally: mirror + transmission
         (``transmission``), or 1 whatever they are (``whole``).
+    glass_side : whether a ray enters glass or leaves it is taken from the side of the facet that it meets (``facet``) or
+        counted along the ray.
     texture_filter : how a texture is read between its texels.
     lobe : the lobe of highlights: as the scene's material has it, or always the one named, at the same exponent or at
         the matching one (Phong's n is close to Blinn's 4n).
     normalised : highlights are multiplied by nothing (``no``), (n + 2)/2 or (n + 8)/8.
+    interpolation : over a smooth mesh normals are interpolated (``phong``), colours (``gouraud``), or nothing (``flat``).
     highlight : highlights are cut off and weighted as the material has it, always times N.L, or not cut off.
     """
 
@@ -72,8 +75,10 @@ class Declaration:
     opacity_shadow: Literal["attenuate", "opaque", "unknown"] = "unknown"
     glass_shadow: Literal["opaque", "attenuate", "none", "unknown"] = "unknown"
     total_reflection: Literal["transmission", "whole", "unknown"] = "unknown"
+    glass_side: Literal["facet", "counted", "unknown"] = "unknown"
     texture_filter: Literal["bilinear", "nearest", "unknown"] = "unknown"
     lobe: Literal["authored", "phong", "blinn", "phong_matched", "blinn_matched", "unknown"] = "authored"
+    interpolation: Literal["phong", "gouraud", "flat", "unknown"] = "phong"
     normalised: Literal["no", "n2", "n8", "unknown"] = "no"
     highlight: Literal["authored", "cosine", "uncut", "unknown"] = "authored"
     hit_error: float = 0.0

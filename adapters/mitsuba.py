@@ -73,6 +73,7 @@ class Mitsuba:
             opacity_shadow="attenuate",
             glass_shadow="opaque",
             total_reflection="transmission",
+            glass_side="facet",
             texture_filter="bilinear",
         )
 

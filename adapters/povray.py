@@ -79,6 +79,7 @@ class PovRay:
             opacity_shadow="attenuate",
             glass_shadow="attenuate",
             total_reflection="whole",
+            glass_side="counted",
             texture_filter="bilinear",
         )
 

@@ -71,11 +71,13 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
     applied = fixed + models
     chosen = tuple(each for each in applied if each.rule == "choice")
     target = predict(chosen)
-    alphas: dict[str, Floats] = {
-        each.name: support(predict(fixed), predict((*fixed, each))).astype(np.float64)
-        for each in models
-        if each.rule == "choice" and all(other.rule == "choice" for other in fixed)
-    }
+    alphas: dict[str, Floats] = {}
+    fault = tuple(each for each in fixed if each.rule == "choice")
+    for each in (one for one in models if one.rule == "choice" and len(fault) == len(fixed)):
+        acts = support(predict(fault), predict((*fault, each)))
+        if not acts.any():  # alone; beside the others it may
+            acts = support(predict(tuple(other for other in chosen if other is not each)), target)
+        alphas[each.name] = acts.astype(np.float64)
     freedom = 0.0
     excluded = np.zeros(measured.mean.shape[:2], np.bool_)
     supports: dict[str, Bools] = {}
@@ -210,8 +212,24 @@ def _grained(
 
 def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:
     """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other."""
+def habits(models: Sequence[Model]) -> tuple[Model, ...]:
+    """The conventions among ``models`` whose feature has one value: a renderer has all of them at once."""
+    features = [each.when[0] for each in models if each.when]
+    return tuple(
+        each for each in models if each.kind == "convention" and each.when and features.count(each.when[0]) == 1
+    )
+
+
+def candidates(models: Sequence[Model], together: tuple[Model, ...] = ()) -> Iterator[tuple[Model, ...]]:
+    """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other.
+
+    The models ``together`` count as one, which beside others is the likeliest.
+    """
+    single = [(each,) for each in models]
+    block = [together] if len(together) > 1 else []
     for size in range(min(LARGEST_SET, len(models)) + 1):
-        for chosen in combinations(models, size):
+        for some in combinations(single + block if size < 2 else block + single, size):
+            chosen = tuple(each for unit in some for each in unit)
             features = [each.when[0] for each in chosen if each.when]
             if len(set(features)) == len(features):
                 yield chosen
@@ -233,7 +251,7 @@ def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Ex
     if not bare.triggers:
         return bare
     useful = [each for each in models if _helps(bare, each, predict)]
-    for chosen in candidates(useful):
+    for chosen in candidates(useful, habits(models)):
         if not chosen:
             continue
         found = fit(measured, chosen, predict)

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from notabug.references.models.model import Model, edit_materials
+from notabug.references.models.model import Model, edit_materials, edit_meshes
 from notabug.scenes_usd.scene import Material, Scene
+from notabug.scenes_usd.triangulate import split_ngons
 
 _PAPER = "Woo, Pearce and Ouellette 1996, Phong versus Phong"
 
 
 def models(scene: Scene) -> Iterator[Model]:
-    """Models of a scene with highlights."""
+    """Models of a scene with lights and interpolated normals, or with highlights."""
+    if scene.lights and any(each.normals is not None for each in scene.meshes):
+        yield from _interpolations()
     shiny = [each for each in scene.materials if any(each.specular)]
     if not shiny:
         return
@@ -69,6 +72,27 @@ def models(scene: Scene) -> Iterator[Model]:
             cites="Blinn 1977",
             options={"raw_vectors": True},
         )
+
+
+def _interpolations() -> Iterator[Model]:
+    """What else than normals may be interpolated over a smooth mesh; shadows go with the light, so to the corners."""
+    yield Model(
+        name="gouraud_interpolation",
+        kind="limitation",
+        claim="smooth meshes are lit at the corners of their triangles, and the colours are interpolated",
+        cites=f"{_PAPER}; Gouraud 1971",
+        edit=lambda scene: edit_meshes(scene, lambda mesh: mesh if mesh.normals is None else split_ngons(mesh, "02")),
+        options={"gouraud": True},
+        when=("interpolation", "gouraud"),
+    )
+    yield Model(
+        name="flat_interpolation",
+        kind="limitation",
+        claim="nothing is interpolated: smooth meshes are lit by the normals of their facets",
+        cites=f"{_PAPER}; Bouknight 1970",
+        edit=lambda scene: edit_meshes(scene, lambda mesh: replace(mesh, normals=None)),
+        when=("interpolation", "flat"),
+    )
 
 
 def matched(material: Material, lobe: str) -> Material:

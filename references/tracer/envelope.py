@@ -40,6 +40,11 @@ class Options:
     resolution, near_resolution : what a renderer cannot tell apart along a ray: the first times distance and size, plus
         the second times the squared distance (a depth buffer's).
         Two faults: coincident surfaces have their ``blend``, or there is a ``hole``.
+    self_reflection, self_refraction : a mirror or refracted ray that leaves the smooth surface but runs beneath its own
+        facet meets the facets beside it, instead of passing them.
+    counted_glass : whether a ray enters glass or leaves it follows from how often it has passed a surface of it, not
+        from the side of the facet that it meets.
+    gouraud : a smooth mesh is lit, and shadowed, at the corners of its triangles, and the colours are interpolated.
     acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``, or
         where an ``absolute`` epsilon is too small for it: one bit for each light, -1 for all.
     start : how a ray leaves a surface: see start.py. ``epsilon`` is the length of ``absolute``, and what ``relative``
@@ -61,6 +66,10 @@ class Options:
     resolution: float = 0.0
     near_resolution: float = 0.0
     whole_reflection: bool = False
+    self_reflection: bool = False
+    self_refraction: bool = False
+    counted_glass: bool = False
+    gouraud: bool = False
     acne: int = 0
     hit_error: float = 0.0
     start: Literal["exact", "none", "absolute", "relative", "error_bound"] = "exact"
@@ -84,6 +93,10 @@ class Options:
                 ("nearest", "first", "another", "unlit", "blend", "hole").index(self.ties),
                 self.acne,
                 int(self.whole_reflection),
+                int(self.self_reflection),
+                int(self.self_refraction),
+                int(self.counted_glass),
+                int(self.gouraud),
                 ("exact", "none", "absolute", "relative", "error_bound").index(self.start),
                 int(self.refine),
             ]

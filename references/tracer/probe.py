@@ -145,7 +145,7 @@ def _light(
     if options.shadows != "none" and cosine > 0:
         share, spared = transmittance(
             flat, flat.spheres, flat.secondary, *at, *to, start, distance, triangle, leaves, True,
-            options.shadows == "forgiving", side, cosine, options.encoded()[TRANSPARENT], stack,
+            int(options.shadows == "forgiving"), side, cosine, options.encoded()[TRANSPARENT], stack,
         )  # fmt: skip
         arrays = (flat.bounds, flat.child, flat.size, flat.points, flat.face)
         face = flat.face[triangle] if triangle >= 0 else -1

@@ -258,23 +258,25 @@ def transmittance(
     """The share of light that reaches (ox, oy, oz) along a unit direction, and whether facets of its own were forgiven.
 
     ``triangle`` and ``sphere`` (or -1) are what the point lies on; the sphere is never hit, nor is the triangle's face
-    if the ray ``leaves`` it exactly. ``forgive`` is the reference: where the facet turns its back to the light (the
+    if the ray ``leaves`` it exactly. ``forgive`` 1 is the reference: where the facet turns its back to the light (the
     interpolated normal does not, or nobody would ask), its ray runs beneath the surface. Then hits on the same mesh are
-    passed over where ``excused`` says so, and light into a ``hollow`` is held back; both count as forgiven. ``side`` is
-    -1 where the point is seen from behind, ``slope`` its N'.L. Each crossing of a surface with opacity attenuates by
-    1 - opacity, or as ``transparent`` has it (see ``let_through``).
+    passed over where ``excused`` says so, and light into a ``hollow`` is held back; both count as forgiven. At a corner,
+    where facets disagree, ``forgive`` 2 asks ``excused`` whichever way this one faces. ``side`` is -1 where the point is
+    seen from behind, ``slope`` its N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or as
+    ``transparent`` has it (see ``let_through``).
     """
     one, zero = type(dx)(1), type(dx)(0)
     light = one
     forgiven = False
-    face, owner, depth = -1, -1, zero
+    face, owner, depth, own_mesh = -1, -1, zero, False
     if triangle >= 0:
         owner, depth = flat.object[triangle], flat.sagitta[triangle]
         if leaves:
             face = flat.face[triangle]
-        forgive = forgive and depth >= 0 and rises(flat, triangle, dx, dy, dz) * side <= 0
-        if forgive and hollow(flat, triangle, dx, dy, dz, side):
+        under = forgive > 0 and depth >= 0 and rises(flat, triangle, dx, dy, dz) * side <= 0
+        if under and hollow(flat, triangle, dx, dy, dz, side):
             return zero, True
+        own_mesh = under or (forgive > 1 and depth >= 0)
     bounds, child, count, points = flat.bounds, flat.child, flat.size, flat.points
     if points.shape[0]:
         kx, ky, kz, sx, sy, sz = shear(dx, dy, dz)
@@ -297,7 +299,7 @@ def transmittance(
             for i in range(first, first + n):
                 t, b0, b1, b2 = ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, points, i)
                 if t > tmin and t < tmax and flat.face[i] != face:
-                    own = forgive and flat.object[i] == owner
+                    own = own_mesh and flat.object[i] == owner
                     if own and excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):
                         forgiven = True
                         continue
