@@ -60,19 +60,20 @@ def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_
     sources = list(dict.fromkeys(source for word in scenes or ["*"] for source in _sources(word)))
     if not sources:
         raise NothingSelectedError("no scene matches", got=" ".join(scenes), do="see `notabug list scenes`")
-    choices: list[Choice] = []
+    choices: dict[tuple[str, frozenset[tuple[str, str]]], Choice] = {}
     unused = {name: set(values) - {ALL} for name, values in wanted.items()}
     absent = set(wanted)
     for source in sources:
-        sets = _sets(source, wanted)
+        sets, defaults = _sets(source, wanted), catalogue.read_entry(find(source)).defaults
         here = {name: values for name, values in wanted.items() if name in sets}
         absent -= here.keys()
         for name in here:
             unused[name] -= set(sets[name])
         for variants in _combinations(sets, here, every_variant):
-            choices.append(_choice(source, variants))
+            full = frozenset({**defaults, **variants}.items())  # a default that is named is no other choice
+            choices.setdefault((source, full), _choice(source, variants))
     _refuse(sources, absent, unused)
-    return list({(each.source, each.variant): each for each in choices}.values())
+    return list(choices.values())
 
 
 def _sources(word: str) -> list[str]:
