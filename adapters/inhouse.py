@@ -6,9 +6,10 @@ It draws what a plain Whitted ray tracer draws: facets shadow the smooth surface
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from notabug.adapters.base import Declaration, Found, Quality, Render
 from notabug.adapters.registry import register
@@ -21,12 +22,14 @@ from notabug.scenes_usd.scene import Scene
 class InHouse:
     """The ray tracer of ``notabug.references.tracer``: pixel centres by default, box-filtered random samples for more.
 
-    ``faults`` names models of the scene to be switched on: how the labelled benchmark makes its bugs.
+    ``faults`` names models of the scene to be switched on: how the labelled benchmark makes its bugs. ``switches`` are
+    fields of the tracer's ``Options`` that are set besides: how workarounds are shown.
     """
 
     name: str = "inhouse"
     precision: Literal["float32", "float64"] = "float64"
     faults: tuple[str, ...] = ()
+    switches: Mapping[str, Any] = field(default_factory=dict, hash=False)
     install: str = "part of notabug"
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
@@ -70,7 +73,7 @@ class InHouse:
             start = time.perf_counter()
             pixels = trace_picture(
                 configured_scene,
-                replace(options, ties="nearest"),
+                replace(options, **{"ties": "nearest", **self.switches}),
                 samples=samples,
                 seed=seed,
                 dtype=self.precision,

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import product
 from pathlib import Path
 from types import MappingProxyType
 
+from notabug.adapters.base import Adapter
 from notabug.scenes_usd import catalogue
 from notabug.scenes_usd.errors import NotabugError, SelectionError
 from notabug.scenes_usd.reader import SUFFIXES, find, scene_id
+from notabug.scenes_usd.scene import Scene
 
 ALL = "all"
 
@@ -21,18 +23,28 @@ class NothingSelectedError(NotabugError):
     """A selection that is well formed and empty."""
 
 
+def unaltered(adapter: Adapter, scene: Scene) -> Adapter:
+    """The alteration that alters nothing."""
+    del scene
+    return adapter
+
+
 @dataclass(frozen=True, slots=True)
 class Choice:
     """One scene with the variants that were asked for; sets left out keep the scene's default.
 
     ``source`` is what was asked for (an id or a path), ``folder`` where the results of a scene from outside the corpus
-    go: two files of one name must not share a folder.
+    go: two files of one name must not share a folder. ``label`` names what ``alter`` makes of an adapter, "" nothing;
+    ``only`` names the renderers that the choice is for, all where it is empty.
     """
 
     source: str
     id: str
     variants: Mapping[str, str] = field(default_factory=dict)
     folder: str = ""
+    label: str = ""
+    alter: Callable[[Adapter, Scene], Adapter] = unaltered
+    only: frozenset[str] = frozenset()
 
     @property
     def variant(self) -> str:
