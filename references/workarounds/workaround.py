@@ -12,7 +12,6 @@ import notabug.references.workarounds
 from notabug.references.models.model import Edit, unchanged
 
 
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Setting:
     """One way to render a scene of the corpus.
