@@ -68,12 +68,9 @@ WORKAROUNDS = (
         reduces=_FIGHT,
         before=Setting(_PLANES, {}, "nearest wins", adapters={"inhouse": {"precision": "float32"}}),
         after=Setting(
-            _PLANES,
-            {},
-            "first wins",
-            adapters={"inhouse": {"precision": "float32", "switches": {"ties": "first"}}},
+            _PLANES, {}, "first wins", adapters={"inhouse": {"precision": "float32", "ties": "first"}}
         ),
-        caveat="surfaces closer than the rule's reach lose too, whichever is in front",
+        caveat="surfaces that lie less than the rule's reach apart are taken for one too",
     ),
     Workaround(
         name="near_plane",
