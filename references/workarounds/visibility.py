@@ -67,9 +67,7 @@ WORKAROUNDS = (
         cites=_PAPER,
         reduces=_FIGHT,
         before=Setting(_PLANES, {}, "nearest wins", adapters={"inhouse": {"precision": "float32"}}),
-        after=Setting(
-            _PLANES, {}, "first wins", adapters={"inhouse": {"precision": "float32", "ties": "first"}}
-        ),
+        after=Setting(_PLANES, {}, "first wins", adapters={"inhouse": {"precision": "float32", "ties": "first"}}),
         caveat="surfaces that lie less than the rule's reach apart are taken for one too",
     ),
     Workaround(
@@ -81,6 +79,6 @@ WORKAROUNDS = (
         before=Setting("visibility/near_clip", {"near": ".0001"}),
         after=Setting("visibility/near_clip", {"near": "1"}),
         caveat="what lies in front of the near plane is cut away",
-        limits=(Setting("visibility/near_clip", {"near": "1"}, "near plane at 7", near_plane(7.0)),),
+        limits=(Setting("visibility/near_clip", {"near": "1"}, "near plane at 5.4", near_plane(5.4)),),
     ),
 )
