@@ -194,8 +194,9 @@ def code_of(found: Sequence[Row], results: Iterable[Result]) -> ExitCode:
 
 
 def _facets(setting: Setting) -> int:
-    """Triangles of the scene's meshes."""
-    return sum(int((each.counts - 2).sum()) for each in read_scene(setting.scene, setting.variants).meshes)
+    """Triangles of the meshes that are drawn."""
+    scene = setting.edit(read_scene(setting.scene, setting.variants))
+    return sum(int((each.counts - 2).sum()) for each in scene.meshes)
 
 
 def table(found: Sequence[Row]) -> Table:
