@@ -28,7 +28,7 @@ ELSEWHERE = {
 
 HEAD = """# Which limitation appears on which renderer
 
-From the verdicts on {results} pictures of {renderers}; `python docs/limitations.py RUN...` wrote this page. A limitation
+From the verdicts on {results} pictures of {renderers}; `python docs/limitations.py RUN...` wrote it. A limitation
 counts where the judge names it: how many pictures, and the largest area in pixels with its place.
 
 | limitation | scenes it can act on | POV-Ray, Mitsuba, OpenGL | in-house |

@@ -12,8 +12,8 @@ from notabug.words import number, readable
 
 HEAD = """# The paper's workarounds, with and without
 
-`notabug run --workarounds` renders each of these scenes without the workaround (before), with it (after), and where the
-workaround fails (limit). Area and jnd are those of all artifacts that the judge finds, FLIP is the mean over the picture
+`notabug run --workarounds` renders each of these scenes without the workaround (before), with it (after), and where it
+fails (limit). Area and jnd are those of all artifacts that the judge finds, FLIP is the mean over the picture
 of both legs, facets are triangles. Words in brackets say what is altered besides the variant; such a picture is judged
 as if nothing had been, so `bug` in an *after* or *limit* row means only that no model of the scene predicts it.
 Renderers that cannot be given the setting, or that do not show the artifact, have no rows.
