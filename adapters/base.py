@@ -47,6 +47,8 @@ class Declaration:
         "" where n-gons keep their bilinear map; ``unknown`` for a picture of unknown making.
     silhouette : what becomes of an interpolated normal that faces away from the viewer.
     depth : format of the depth buffer; near and far are the camera's. "" where there is none that can show.
+    coincident : which of surfaces in one place is seen, where rounding does not decide: the ``first`` of the scene or
+        ``another``.
     opacity_shadow : at each crossing of a surface with opacity a shadow ray keeps 1 - opacity of its light
         (``attenuate``), or none (``opaque``).
     glass_shadow : at each crossing of a surface with transmission a shadow ray keeps nothing (``opaque``), the
@@ -72,6 +74,7 @@ class Declaration:
     ngon_split: Literal["", "02", "13", "unknown"] = ""
     silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
     depth: Literal["", "fixed16", "fixed24", "float32", "reversed32"] = ""
+    coincident: Literal["first", "another", "unknown"] = "first"
     opacity_shadow: Literal["attenuate", "opaque", "unknown"] = "unknown"
     glass_shadow: Literal["opaque", "attenuate", "none", "unknown"] = "unknown"
     total_reflection: Literal["transmission", "whole", "unknown"] = "unknown"

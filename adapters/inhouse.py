@@ -29,6 +29,7 @@ class InHouse:
     limitations : models of the scene that are switched on: by default what a plain Whitted ray tracer cannot help.
     interpolation : over smooth meshes: normals (``phong``), colours (``gouraud``), or nothing (``flat``).
     faults : further models to be switched on: how the labelled benchmark makes its bugs.
+    ties : of surfaces in one place the ``nearest`` by rounding is seen, or the ``first`` of the scene.
     start, epsilon, refine, offset : where rays start, as in ``Options``: each workaround of surface acne, and of the
         terminator problem, with its caveats.
     """
@@ -38,6 +39,7 @@ class InHouse:
     limitations: tuple[str, ...] = PLAIN
     interpolation: Literal["phong", "gouraud", "flat"] = "phong"
     faults: tuple[str, ...] = ()
+    ties: Literal["nearest", "first"] = "nearest"
     start: Literal["exact", "none", "absolute", "relative", "error_bound"] = "exact"
     epsilon: float = 0.0
     refine: bool = False
@@ -82,7 +84,7 @@ class InHouse:
         on = (*self.limitations, *self.faults, f"{self.interpolation}_interpolation")
         chosen = [each.as_drawn() for each in models(scene) if each.name in on]
         configured_scene, options = configured(drawn, chosen)
-        ties = options.ties if options.ties != "first" else "nearest"
+        ties = options.ties if options.ties != "first" else self.ties
         switches = {"start": self.start, "epsilon": self.epsilon, "refine": self.refine, "offset": self.offset}
         for each in chosen:  # a fault's own switches win
             switches |= {key: value for key, value in each.options.items() if key in switches}

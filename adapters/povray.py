@@ -76,6 +76,7 @@ class PovRay:
             noisy=False,
             ngon_split="02",
             silhouette="flip",
+            coincident="unknown",
             opacity_shadow="attenuate",
             glass_shadow="attenuate",
             total_reflection="whole",

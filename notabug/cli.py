@@ -64,6 +64,7 @@ class Topic(StrEnum):
     renderers = "renderers"
     models = "models"
     variants = "variants"
+    workarounds = "workarounds"
 
 
 class Bench(StrEnum):
@@ -128,6 +129,10 @@ def run(
     resume: Annotated[
         bool, typer.Option(help="Keep finished results whose scene, renderer and code are the same.")
     ] = True,
+    workarounds: Annotated[
+        bool,
+        typer.Option("--workarounds", help="Render with and without each workaround of the scenes, and compare."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Render scenes and judge every picture."""
@@ -145,6 +150,7 @@ def run(
         require=[name for word in require or [] for name in word.replace(",", " ").split()],
         resume=resume,
         as_json=as_json,
+        remedies=workarounds,
     )
     raise typer.Exit(code)
 
@@ -229,7 +235,7 @@ def list_(
     topic: Annotated[Topic, typer.Argument(help="What to list.")] = Topic.scenes,
     as_json: Json = False,
 ) -> None:
-    """List scenes, renderers, models or variants."""
+    """List scenes, renderers, models, variants or workarounds."""
     from notabug.listing import command
 
     raise typer.Exit(command(topic.value, as_json))

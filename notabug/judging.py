@@ -127,6 +127,7 @@ def declare(
         relative_quantum=coarsest.relative_quantum,
         noisy=len(pictures) > 1 if noisy is None else noisy,
         ngon_split="unknown",
+        coincident="unknown",
         lobe="unknown",
         normalised="unknown",
         highlight="unknown",

@@ -55,6 +55,10 @@ class Plan:
     missing: Mapping[str, str] = field(default_factory=dict)  # renderer: how to install it
     command: Sequence[str] = ()
 
+    def wanted(self, choice: Choice) -> list[str]:
+        """The renderers that ``choice`` is for."""
+        return [name for name in self.renderers if not choice.only or name in choice.only]
+
 
 @dataclass(slots=True)
 class Run:
@@ -93,7 +97,7 @@ def run(plan: Plan, watcher: Watcher) -> Run:
     """Do every job of ``plan``; a job that fails is a result of its own and the others go on."""
     plan.out.mkdir(parents=True, exist_ok=True)
     state = Run(plan, watcher)
-    watcher.begin(len(plan.choices) * len(plan.renderers))
+    watcher.begin(sum(len(plan.wanted(choice)) for choice in plan.choices))
     state.save()
     for name in plan.renderers:
         card = _calibrate(state, name)
@@ -101,7 +105,7 @@ def run(plan: Plan, watcher: Watcher) -> Run:
             state.calibration[name] = card
     for choice in plan.choices:
         scene = _read(choice)
-        for name in plan.renderers:
+        for name in plan.wanted(choice):
             if choice == CARD and name in state.calibration:
                 result, kept = state.calibration[name], False
             else:
@@ -145,6 +149,8 @@ def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> 
     """One result, and whether it was kept from an earlier run."""
     adapter, found = state.plan.renderers[name]
     variant = choice.variant if isinstance(scene, NotabugError) else scene.variant
+    if choice.label:
+        variant = f"{variant} [{choice.label}]".lstrip()
     blank = Result(
         scene=choice.id,
         variant=variant,
@@ -156,9 +162,11 @@ def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> 
     blamed = _blamed(state, name)
     if isinstance(scene, NotabugError):
         return replace(blank, verdict=_no_judgement("error", str(scene))), False
-    blank = replace(blank, claim=scene.card.claim, size=(scene.width, scene.height), expected=_expected(scene, name))
+    stated = "" if choice.label else _expected(scene, name)
+    blank = replace(blank, claim=scene.card.claim, size=(scene.width, scene.height), expected=stated)
     if blamed:
         return replace(blank, verdict=_no_judgement("error", f"calibration: {blamed}")), False
+    adapter = choice.alter(adapter, scene)
     folder = job_folder(state.plan.out, choice.folder or choice.id, variant, name)
     keys = _keys(scene, adapter, found, state.plan.quality)
     kept = _kept(folder, keys["result"], state.plan.out) if state.plan.resume else None
@@ -296,6 +304,8 @@ def _no_judgement(word: Word, message: str) -> Verdict:
 
 def reproduce(choice: Choice, renderer: str, quality: Quality) -> str:
     """The command line that makes this one result again."""
+    if choice.label:
+        return shlex.join(["notabug", "run", "--workarounds", choice.source, "-r", renderer])
     words = ["notabug", "run", choice.source, "-r", renderer]
     for name, value in sorted(choice.variants.items()):
         words += ["--variant", f"{name}={value}"]

@@ -10,13 +10,16 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
+from notabug import workarounds
 from notabug.adapters.base import Quality
 from notabug.adapters.registry import adapter, adapters
 from notabug.exit_codes import ExitCode
+from notabug.folders import write_json
 from notabug.progress import Board, console, messages, table
 from notabug.record import Result
 from notabug.report.page import draw
 from notabug.run import Plan, Run, find_renderers, run
+from notabug.scenes_usd.errors import SelectionError
 from notabug.selection import NothingSelectedError, choose, parse_variants
 from notabug.words import tally
 
@@ -34,10 +37,18 @@ def command(
     require: Sequence[str],
     resume: bool,
     as_json: bool,
+    remedies: bool = False,
 ) -> ExitCode:
-    """Run the selection and print what came of it."""
+    """Run the selection and print what came of it; ``remedies``: with and without the workarounds of it."""
     quiet = console(stderr=True)
-    choices = choose(scenes, parse_variants(variants), every_variant=every_variant)
+    selected = workarounds.chosen(scenes) if remedies else []
+    if remedies and (variants or every_variant):
+        raise SelectionError("workarounds choose their variants themselves", do="leave --variant and --variants out")
+    choices = (
+        workarounds.choices(selected)
+        if remedies
+        else choose(scenes, parse_variants(variants), every_variant=every_variant)
+    )
     asked = {name: adapter(name) for name in dict.fromkeys(renderers)} if renderers else adapters()
     required = {name: adapter(name) for name in require}
 
@@ -67,12 +78,19 @@ def command(
             f"interrupted; finished results stay in {out} and the same command goes on from there", markup=False
         )
         raise SystemExit(130) from None
+    found_rows = workarounds.rows(selected, state.results)
+    document = state.document()
+    if remedies:
+        document["workarounds"] = [each.as_dict() for each in found_rows]
+        write_json(out / "run.json", document)
     page = draw(out)
     if as_json:
-        print(json.dumps(state.document(), ensure_ascii=False, allow_nan=False))
+        print(json.dumps(document, ensure_ascii=False, allow_nan=False))
+    elif remedies:
+        console().print(workarounds.table(found_rows))
     else:
         _summary(console(), state, page)
-    return code_of(state.results)
+    return workarounds.code_of(found_rows, state.results) if remedies else code_of(state.results)
 
 
 def code_of(results: Sequence[Result]) -> ExitCode:

@@ -24,6 +24,14 @@ def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with more than one object."""
     if len(scene.objects) < 2:
         return
+    yield Model(
+        name="another_wins",
+        kind="convention",
+        claim="of surfaces that coincide up to the rounding of their points another one than the scene's first wins",
+        cites=_PAPER,
+        options={"ties": "another"},
+        when=("coincident", "another"),
+    )
     for precision, resolution in FLOAT.items():
         yield _fight(f"ray_{precision}", {"resolution": resolution})
     near, far = scene.camera.near, scene.camera.far
