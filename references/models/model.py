@@ -35,6 +35,10 @@ class Model:
     edit : how the scene is changed before it is rendered; sees ``Scene.intent`` still in place.
     options : switches of the tracer (fields of ``Options``).
     others : switches of further values that a sample may take under the rule ``set``, besides ``options``.
+    at : the same fault at another strength, for faults that come in all strengths; ``strength`` is this model's, and
+        0 (or 1, where ``neutral`` is 1: a factor) would be no fault.
+    local : a fault that may hit some parts of the scene and spare others, so that a picture of it takes this model's
+        value at some pixels and the reference's at the others.
     when : (field, value) of an adapter's declaration without which the model is not considered; None: always.
     """
 
@@ -47,6 +51,10 @@ class Model:
     options: Mapping[str, Any] = field(default_factory=dict)
     others: tuple[Mapping[str, Any], ...] = ()
     when: tuple[str, str] | None = None
+    at: Callable[[float], Model] | None = None
+    strength: float = 0.0
+    neutral: float = 0.0
+    local: bool = False
 
     def values(self) -> tuple[Model, ...]:
         """One model for each value that a sample may take under the rule ``set``."""
@@ -55,6 +63,11 @@ class Model:
             for index, options in enumerate(self.others, 2)
         )
         return (self, *more)
+
+
+def in_strengths(at: Callable[[float], Model], strength: float, neutral: float = 0.0) -> Model:
+    """The fault that ``at`` makes, at ``strength``; it can be made at others."""
+    return replace(at(strength), at=at, strength=strength, neutral=neutral)
 
 
 def edit_meshes(scene: Scene, edit: Callable[[Mesh], Mesh]) -> Scene:

@@ -39,6 +39,10 @@ class Options:
         another. Unless the nearest wins, coincident surfaces do not shadow each other.
     resolution, near_resolution : what a renderer cannot tell apart along a ray: the first times distance and size, plus
         the second times the squared distance (a depth buffer's).
+    falloff : a point light's irradiance falls with the ``square`` of the distance, with the distance (``linear``) or
+        not at all (``none``).
+    shadow_rays : end at the light, are ``unbounded``, or pass through faces that they meet from behind (``culled``).
+    lost_reflection : total internal reflection sends on nothing.
     acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``.
     """
 
@@ -55,6 +59,9 @@ class Options:
     resolution: float = 0.0
     near_resolution: float = 0.0
     whole_reflection: bool = False
+    falloff: Literal["square", "linear", "none"] = "square"
+    shadow_rays: Literal["bounded", "unbounded", "culled"] = "bounded"
+    lost_reflection: bool = False
     acne: bool = False
     hit_error: float = 0.0
 
@@ -74,6 +81,9 @@ class Options:
                 ("nearest", "first", "another", "unlit").index(self.ties),
                 int(self.acne),
                 int(self.whole_reflection),
+                ("square", "linear", "none").index(self.falloff),
+                ("bounded", "unbounded", "culled").index(self.shadow_rays),
+                int(self.lost_reflection),
             ]
         )
 

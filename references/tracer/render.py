@@ -12,7 +12,23 @@ from notabug.references.tracer.shade import albedo, corner_weights, highlight, s
 from notabug.references.tracer.traverse import closest, closest_sphere, rival, transmittance
 
 # Columns of the options array: see Options in envelope.py.
-SHADOWS, NORMALS, SILHOUETTE, AFFINE, RAW_VECTORS, UNCUT, MIRRORED, RETRO, TRANSPARENT, TIE, ACNE, WHOLE = range(12)
+(
+    SHADOWS,
+    NORMALS,
+    SILHOUETTE,
+    AFFINE,
+    RAW_VECTORS,
+    UNCUT,
+    MIRRORED,
+    RETRO,
+    TRANSPARENT,
+    TIE,
+    ACNE,
+    WHOLE,
+    FALLOFF,
+    SHADOW_RAYS,
+    LOST,
+) = range(15)
 # Columns of the numbers array.
 RESOLUTION, NEAR_RESOLUTION, HIT_ERROR = range(3)
 EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
@@ -183,10 +199,15 @@ def radiance(
                 lx, ly, lz = light[1] - x, light[2] - y, light[3] - z
                 distance = math.sqrt(lx * lx + ly * ly + lz * lz)
                 lx, ly, lz = lx / distance, ly / distance, lz / distance
+                end = distance
                 falloff = one / (distance * distance)
+                if option[FALLOFF]:
+                    falloff = one / distance if option[FALLOFF] == 1 else one
+                if option[SHADOW_RAYS] == 1:
+                    end = type(dx)(math.inf)
             else:
                 lx, ly, lz = -light[1], -light[2], -light[3]
-                distance = type(dx)(math.inf)
+                distance = end = type(dx)(math.inf)
                 falloff = one
             nl = nx * lx + ny * ly + nz * lz
             if nl <= 0 and not (option[UNCUT] and lobes is not None):
@@ -207,9 +228,10 @@ def radiance(
                 share = zero
             elif option[SHADOWS] != 2 and nl > 0:  # behind, an uncut highlight belongs to a shader without shadows
                 share, forgiven = transmittance(
-                    flat, spheres, secondary, x, y, z, lx, ly, lz, begin, distance, i,
+                    flat, spheres, secondary, x, y, z, lx, ly, lz, begin, end, i,
                     ball if (gx * lx + gy * ly + gz * lz) * side > 0 else -1,
-                    option[SHADOWS] == 0, side, nl, option[TRANSPARENT], stack,
+                    option[SHADOWS] == 0, side, nl, option[TRANSPARENT],
+                    option[SHADOW_RAYS] == 2, stack,
                 )  # fmt: skip
                 forgiven_here = forgiven_here or forgiven
             if share <= 0:
@@ -255,7 +277,8 @@ def radiance(
                 eta = one / c[7] if side > 0 else c[7]
                 k2 = one - eta * eta * (one - nv * nv)
                 if k2 < 0:  # total internal reflection: the ray goes on as a mirror ray
-                    mr, mg, mb = mr + c[4], mg + c[5], mb + c[6]
+                    if not option[LOST]:
+                        mr, mg, mb = mr + c[4], mg + c[5], mb + c[6]
                     if option[WHOLE]:
                         mr, mg, mb = one, one, one
                 elif pending < PENDING:
