@@ -30,12 +30,20 @@ class Nuisance:
     shift_error: float = 0.0
 
     @property
+    def severity(self) -> tuple[float, float]:
+        """Gain and shift over what is allowed."""
+        return (
+            abs(self.gain - 1.0) / (GAIN + 3.0 * self.gain_error),
+            max(abs(each) for each in self.shift) / (SHIFT + 3.0 * self.shift_error),
+        )
+
+    @property
     def gained(self) -> bool:
-        return abs(self.gain - 1.0) > GAIN + 3.0 * self.gain_error
+        return self.severity[0] > 1.0
 
     @property
     def shifted(self) -> bool:
-        return max(abs(each) for each in self.shift) > SHIFT + 3.0 * self.shift_error
+        return self.severity[1] > 1.0
 
 
 def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:

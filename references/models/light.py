@@ -18,7 +18,15 @@ def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with lights."""
     if not scene.lights:
         return
-    yield _fault("light_gain", "every light is too bright or too dark by one factor", _every(_brighter))
+    yield in_strengths(
+        lambda strength: _fault(
+            "light_gain",
+            f"every light is {strength:.4g} times as bright",
+            _every(lambda each: brighter(each, strength)),
+        ),
+        GAIN,
+        neutral=1.0,
+    )
     for channel, name in enumerate(("red", "green", "blue")):
         yield in_strengths(
             lambda strength, channel=channel, name=name: _fault(  # type: ignore[misc]
@@ -87,10 +95,6 @@ def brighter(light: Light, factor: float) -> Light:
     """``light`` with ``factor`` times its intensity."""
     r, g, b = light.intensity
     return replace(light, intensity=(r * factor, g * factor, b * factor))
-
-
-def _brighter(light: Light) -> Light:
-    return brighter(light, GAIN)
 
 
 def _tinted(channel: int, factor: float) -> Callable[[Light], Light]:
