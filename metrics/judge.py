@@ -61,7 +61,8 @@ def judge(
     """Judge ``pictures`` (independent seeds of one renderer, each (h, w, 3) linear) of ``scene``.
 
     ``perceive`` measures FLIP and colour differences on the legs that are not empty; without it the legs hold only
-    pixel counts. ``naming`` looks for the fault behind a bug; without it every bug is ``unexplained``. ``others`` gives references of other scenes, to recognise a picture that belongs to one of them.
+    pixel counts. ``naming`` looks for the fault behind a bug; without it every bug is ``unexplained``. ``others`` gives
+    references of other scenes, to recognise a picture that belongs to one of them.
     """
     sets: dict[tuple[tuple[str, str], ...], Admissible] = {}
 

@@ -175,7 +175,7 @@ def likely(
 
 
 def coarse(values: Floats, step: int) -> Floats:
-    """Means of ``values`` (h, w, c) over blocks of ``step`` x ``step`` pixels; what does not fill a block is left out."""
+    """Means of ``values`` (h, w, c) over blocks of ``step`` x ``step`` pixels; what fills no block is left out."""
     if step == 1:
         return values
     h, w, c = (each // step * step for each in (*values.shape[:2], step * values.shape[2]))

@@ -89,7 +89,7 @@ def _failing(threshold: float, share: float, *, srgb: bool = False, hard: float 
     epsilon = 1e-6  # 8-bit steps are multiples of 1/255: equal to the threshold is not above it
 
     def score(pair: Pair) -> float:
-        import OpenImageIO as oiio
+        import OpenImageIO as oiio  # noqa: N813 - its own name for itself
 
         first, second = pair.encoded() if srgb else (pair.picture, pair.reference)
         a, b = (oiio.ImageBuf(np.ascontiguousarray(each, np.float32)) for each in (first, second))
@@ -101,11 +101,11 @@ def _failing(threshold: float, share: float, *, srgb: bool = False, hard: float 
 
 
 def _perceptual(threshold: float, share: float) -> Callable[[Pair], float]:
-    """idiff -p: a pixel fails by its values, and the picture by Yee's metric too (Yee, Pattanaik and Greenberg 2001)."""
+    """idiff -p: as without, and by Yee's metric too (Yee, Pattanaik and Greenberg 2001)."""
     plain = _failing(threshold, share)
 
     def score(pair: Pair) -> float:
-        import OpenImageIO as oiio
+        import OpenImageIO as oiio  # noqa: N813 - its own name for itself
 
         result = oiio.CompareResults()
         a, b = (oiio.ImageBuf(np.ascontiguousarray(each, np.float32)) for each in (pair.picture, pair.reference))

@@ -1,7 +1,7 @@
 """The benchmark's pictures by POV-Ray and Mitsuba: the same faults, given to the renderer as a changed scene.
 
-Their models are separate code, so what fits our own renderer only by sharing a mistake with it does not fit them. All of
-them are on the evaluation side.
+Their models are separate code, so what fits our own renderer only by sharing a mistake with it does not fit them. They
+all are on the evaluation side.
 """
 
 from __future__ import annotations

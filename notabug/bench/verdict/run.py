@@ -1,4 +1,4 @@
-"""Exposes the groups of the design in all cores' processes and keeps each group's records, so a stopped bench goes on."""
+"""Exposes the groups of the design on all cores and keeps each group's records, so a stopped bench goes on."""
 
 from __future__ import annotations
 
