@@ -58,7 +58,10 @@ def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
 
 
 def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, float]:
-    bright = np.flatnonzero(smooth[..., None] & (to.value > 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)))
+    # where the tolerance is wide, by fine texture say, a wider filter looks like a gain: x regresses towards its mean
+    slack = to.tau / np.maximum(to.value, 1e-30)
+    sound = slack <= 2.0 * np.median(slack[smooth]) if smooth.any() else smooth[..., None]
+    bright = np.flatnonzero(sound & smooth[..., None] & (to.value > 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)))
     if bright.size < _MIN_PIXELS:
         return 1.0, 0.0
     bright = bright[:: max(1, bright.size // _ENOUGH)]

@@ -20,7 +20,8 @@ from notabug.references.tracer.jit import cache_root, source_hash
 from notabug.scenes_usd.scene import Scene
 
 SOURCE_HASH = source_hash(Path(__file__).parent)
-CACHE_BYTES = 2 << 30  # the oldest envelopes go when the cache grows beyond this
+CACHE_BYTES = 2 << 30  # the oldest files of a kind go when the cache has grown beyond this
+SWEEPS = ("00", "40", "80", "c0")  # beginnings of the names, one in 64, after which it is looked at
 
 
 def configured(scene: Scene, models: Iterable[Model]) -> tuple[Scene, Options]:
@@ -61,7 +62,7 @@ def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float3
             return np.asarray(np.load(path), np.float32)
         except (OSError, ValueError, EOFError):
             path.unlink(missing_ok=True)
-    picture = trace_picture(configured_scene, options).astype(np.float32)
+    picture = trace_picture(configured_scene, options, threads=1).astype(np.float32)
     _keep(path, [picture])
     return picture
 
@@ -89,6 +90,8 @@ def _keep(path: Path, arrays: Sequence[npt.NDArray[Any]]) -> None:
         partial.replace(path)
     except OSError:  # a full disk costs time, not a verdict
         partial.unlink(missing_ok=True)
+        return
+    if not path.name.startswith(SWEEPS):  # looking at every file takes longer than drawing a small picture
         return
     kept = []
     for each in path.parent.glob("*.npy"):

@@ -33,6 +33,7 @@ EXTRA = (  # variants beside the default ones, where other limitations show
     ("visibility/near_clip", {"near": ".001"}),
 )
 NAMED = ("box", "16 samples")  # conditions under which bugs are named too: naming costs ten times the verdict
+MIXED = ("acne", "coincident_surfaces")  # each sample takes one of several values: judged by single samples
 MUST = (("light_gain", 1.01), ("exponent", 1.1), ("pixel_shift", 0.25), ("wrong_pixels", 50.0))
 
 
@@ -129,6 +130,8 @@ def _limited(size: Size, drawn: dict[Any, Scene]) -> Iterator[Group]:
             for side in size.sides:
                 for seed in seeds_of(scene, side)[: 1 if size.name == "quick" else 3]:
                     conditions = _chosen(size, each.name, scene, seed)
+                    if each.name in MIXED:
+                        conditions = tuple("point" if name == "16 samples" else name for name in conditions)
                     yield Group(
                         "limitation", each.name, each.group, each.share, scene, variants, seed, side, conditions,
                         size.side,

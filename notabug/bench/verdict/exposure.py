@@ -27,7 +27,7 @@ from notabug.scenes_usd.scene import Scene
 Floats = npt.NDArray[np.float64]
 
 SHARE = 0.0025  # of the pixels must be off by more than twice the tolerance, or the picture does not show its fault
-CERTAIN = 100.0  # and one that knew the fault would find it in the noise at ten standard errors, squared
+CERTAIN = 900.0  # and who knew the fault would find it in the noise at thirty standard errors, squared
 LOOKS = (2, 3, 4, 6, 8, 12, 16)  # seeds at which the sequential test looks
 
 
