@@ -18,6 +18,13 @@ Bools = npt.NDArray[np.bool_]
 
 RELATIVE = 0.004  # the default tolerance of a verdict
 ABSOLUTE = 5e-4  # of the brightest value of the picture
+# The share of a pixel filter that lies in the pixel before, the pixel, the next one: a tent of radius 1; a Gaussian
+# of standard deviation 0.5, as Mitsuba and pbrt have it.
+KERNEL = {"tent": (0.125, 0.75, 0.125), "gaussian": (0.157, 0.686, 0.157)}
+# A grid of 4 x 4 subsamples, ours or the renderer's, may have a row more or less on the other side of a texture's edge, or
+# of a sliver, that runs along a pixel's border: of the largest range within two pixels. On the tuning split 0.02 of the
+# pixel's own range called 5 of 10 clean pictures of finely textured scenes at 64 x 64 bugs.
+GRID = 0.1
 LSB = 0.55  # a rounded value is off by half a step, and a little for a rounding error before it
 
 
@@ -49,15 +56,25 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
     for _ in range(reach):
         lo, hi = _neighbourhood(lo, np.minimum), _neighbourhood(hi, np.maximum)
     at = edge[..., None]
+    if declaration.filter in KERNEL:
+        value = filtered(value, KERNEL[declaration.filter])
     tau = tolerance * np.abs(value) + ABSOLUTE * float(value.max(initial=0.0))
     tau += LSB * declaration.quantum * (np.abs(value) if declaration.relative_quantum else 1.0)
-    if not point:  # 16 regular subsamples give the mean of a bilinear texture's footprint to this share of its range
-        tau += 0.02 * (envelope.hi - envelope.lo)
+    if not point:
+        within = _neighbourhood(_neighbourhood(envelope.hi - envelope.lo, np.maximum), np.maximum)
+        tau += GRID * within
     if declaration.filter not in ("point", "box"):
         bend = ndimage.maximum_filter(largest(np.abs(laplacian(value))), size=3)
         tau += 0.15 * np.where(edge, 0.0, bend)[..., None]
     share = envelope.spared_point if point else envelope.spared
     return Admissible(value, np.where(at, lo, value), np.where(at, hi, value), tau, edge, share, point)
+
+
+def filtered(value: Floats, kernel: tuple[float, float, float]) -> Floats:
+    """``value`` (h, w, 3), means over pixels, under a separable filter that reaches into the next pixels."""
+    for axis in (0, 1):
+        value = ndimage.correlate1d(value, kernel, axis=axis, mode="nearest")
+    return value
 
 
 def _neighbourhood(values: Floats, extreme: np.ufunc) -> Floats:

@@ -20,7 +20,7 @@ from notabug.metrics.admissible import Admissible, Bools, residual
 from notabug.metrics.channels import largest, total
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import Nuisance, nuisance
-from notabug.metrics.significance import Significance, significance
+from notabug.metrics.significance import BUDGET, Significance, significance
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
@@ -64,6 +64,13 @@ class Explanation:
         if self.nuisance.shifted:
             found.append("shift")
         return tuple(found)
+
+    @property
+    def severity(self) -> float:
+        """How near the picture is to being called a bug: from 1 on it is one. It only ranks pictures."""
+        found = self.significance
+        near, away = int(found.pixels.sum()) / (BUDGET + 1), float(found.away)
+        return max(near, away, float(found.tiles.sum()), *self.nuisance.severity)
 
 
 def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: tuple[Model, ...] = ()) -> Explanation:
@@ -210,8 +217,6 @@ def _grained(
     return found
 
 
-def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:
-    """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other."""
 def habits(models: Sequence[Model]) -> tuple[Model, ...]:
     """The conventions among ``models`` whose feature has one value: a renderer has all of them at once."""
     features = [each.when[0] for each in models if each.when]

@@ -71,6 +71,7 @@ class Bench(StrEnum):
     """What ``notabug bench`` measures."""
 
     speed = "speed"
+    verdict = "verdict"
 
 
 class Deed(StrEnum):
@@ -251,10 +252,16 @@ def doctor(as_json: Json = False) -> None:
 
 @app.command()
 def bench(
-    what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,  # noqa: ARG001 - one so far
+    what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,
+    quick: Annotated[bool, typer.Option("--quick", help="verdict: a small sample of the design.")] = False,
+    out: Annotated[Path, typer.Option(help="verdict: folder for JSON and plots.")] = Path("notabug-bench"),
     as_json: Json = False,
 ) -> None:
-    """Measure what notabug costs, as ratios in one run."""
+    """Measure what notabug costs (speed), or how well it judges (verdict)."""
+    if what is Bench.verdict:
+        from notabug.bench.verdict.command import command as verdict
+
+        raise typer.Exit(verdict(quick=quick, as_json=as_json, out=out))
     from notabug.bench.command import command
 
     raise typer.Exit(command(as_json))

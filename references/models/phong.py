@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from notabug.references.models.model import Model, edit_materials, edit_meshes
+from notabug.references.models.model import Model, edit_materials, edit_meshes, in_strengths
 from notabug.scenes_usd.scene import Material, Scene
 from notabug.scenes_usd.triangulate import split_ngons
 
@@ -49,12 +49,16 @@ def models(scene: Scene) -> Iterator[Model]:
             edit=_shiny(lambda each, factor=factor: scaled(each, factor(each.exponent))),  # type: ignore[misc]
             when=("normalised", name),
         )
-    yield Model(
-        name="exponent",
-        kind="fault",
-        claim="the exponent of every highlight is 1.3 times too large",
-        cites=_PAPER,
-        edit=_shiny(lambda each: replace(each, exponent=each.exponent * 1.3)),
+    yield in_strengths(
+        lambda strength: Model(
+            name="exponent",
+            kind="fault",
+            claim=f"the exponent of every highlight is {strength:.3g} times too large",
+            cites=_PAPER,
+            edit=_shiny(lambda each: replace(each, exponent=each.exponent * strength)),
+        ),
+        1.3,
+        neutral=1.0,
     )
     if any(each.lobe == "phong" for each in shiny):
         yield Model(

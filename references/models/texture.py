@@ -8,7 +8,7 @@ from typing import get_args
 
 import numpy as np
 
-from notabug.references.models.model import Edit, Model, edit_meshes
+from notabug.references.models.model import Edit, Model, edit_meshes, in_strengths
 from notabug.scenes_usd.scene import Floats, Mesh, Scene
 from notabug.scenes_usd.triangulate import Diagonal, split_ngons, triangulate
 
@@ -63,13 +63,17 @@ def models(scene: Scene) -> Iterator[Model]:
         cites="USD: st (0, 0) is the bottom left corner of the picture",
         edit=_uv(lambda uv, _: uv * np.array([1.0, -1.0]) + np.array([0.0, 1.0])),
     )
-    yield Model(
-        name="shifted_uv",
-        kind="fault",
-        claim="uv are off by one texel in u",
-        cites=_PAPER,
-        edit=_uv(lambda uv, width: uv + np.array([1.0 / width, 0.0])),
-    )
+    for axis in range(2):
+        yield in_strengths(
+            lambda strength, axis=axis: Model(  # type: ignore[misc]
+                name="shifted_uv",
+                kind="fault",
+                claim=f"uv are off by {strength:.3g} texels in {'uv'[axis]}",
+                cites=_PAPER,
+                edit=_uv(lambda uv, width: uv + np.eye(2)[axis] * strength / width),
+            ),
+            1.0,
+        )
 
 
 def _drawn(scene: Scene) -> list[Mesh]:

@@ -45,6 +45,10 @@ class Options:
     counted_glass : whether a ray enters glass or leaves it follows from how often it has passed a surface of it, not
         from the side of the facet that it meets.
     gouraud : a smooth mesh is lit, and shadowed, at the corners of its triangles, and the colours are interpolated.
+    falloff : a point light's irradiance falls with the ``square`` of the distance, with the distance (``linear``) or
+        not at all (``none``).
+    shadow_rays : end at the light, are ``unbounded``, or pass through faces that they meet from behind (``culled``).
+    lost_reflection : total internal reflection sends on nothing.
     acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``, or
         where an ``absolute`` epsilon is too small for it: one bit for each light, -1 for all.
     start : how a ray leaves a surface: see start.py. ``epsilon`` is the length of ``absolute``, and what ``relative``
@@ -70,6 +74,9 @@ class Options:
     self_refraction: bool = False
     counted_glass: bool = False
     gouraud: bool = False
+    falloff: Literal["square", "linear", "none"] = "square"
+    shadow_rays: Literal["bounded", "unbounded", "culled"] = "bounded"
+    lost_reflection: bool = False
     acne: int = 0
     hit_error: float = 0.0
     start: Literal["exact", "none", "absolute", "relative", "error_bound"] = "exact"
@@ -99,6 +106,9 @@ class Options:
                 int(self.gouraud),
                 ("exact", "none", "absolute", "relative", "error_bound").index(self.start),
                 int(self.refine),
+                ("square", "linear", "none").index(self.falloff),
+                ("bounded", "unbounded", "culled").index(self.shadow_rays),
+                int(self.lost_reflection),
             ]
         )
 

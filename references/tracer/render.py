@@ -13,8 +13,29 @@ from notabug.references.tracer.start import ABSOLUTE, ERROR_BOUND, bounded, clea
 from notabug.references.tracer.traverse import closest, closest_sphere, excused, rises, rival, transmittance
 
 # Columns of the options array: see Options in envelope.py.
-SHADOWS, NORMALS, SILHOUETTE, AFFINE, RAW_VECTORS, UNCUT, MIRRORED, RETRO, TRANSPARENT, TIE, ACNE, WHOLE = range(12)
-SELF_REFLECTION, SELF_REFRACTION, COUNTED, GOURAUD, START, REFINE = range(12, 18)
+(
+    SHADOWS,
+    NORMALS,
+    SILHOUETTE,
+    AFFINE,
+    RAW_VECTORS,
+    UNCUT,
+    MIRRORED,
+    RETRO,
+    TRANSPARENT,
+    TIE,
+    ACNE,
+    WHOLE,
+    SELF_REFLECTION,
+    SELF_REFRACTION,
+    COUNTED,
+    GOURAUD,
+    START,
+    REFINE,
+    FALLOFF,
+    SHADOW_RAYS,
+    LOST,
+) = range(21)
 # Columns of the numbers array.
 RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET = range(5)
 EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
@@ -231,10 +252,15 @@ def radiance(
                 lx, ly, lz = light[1] - x, light[2] - y, light[3] - z
                 distance = math.sqrt(lx * lx + ly * ly + lz * lz)
                 lx, ly, lz = lx / distance, ly / distance, lz / distance
+                end = distance
                 falloff = one / (distance * distance)
+                if option[FALLOFF]:
+                    falloff = one / distance if option[FALLOFF] == 1 else one
+                if option[SHADOW_RAYS] == 1:
+                    end = type(dx)(math.inf)
             else:
                 lx, ly, lz = -light[1], -light[2], -light[3]
-                distance = type(dx)(math.inf)
+                distance = end = type(dx)(math.inf)
                 falloff = one
             nl = nx * lx + ny * ly + nz * lz
             if nl <= 0 and not (option[UNCUT] and lobes is not None):
@@ -262,8 +288,9 @@ def radiance(
                 share, forgiven = transmittance(
                     flat, spheres, secondary,
                     ex + to * gx + lift * nx, ey + to * gy + lift * ny, ez + to * gz + lift * nz,
-                    lx, ly, lz, begin, distance, i, ball if gl > 0 and leaves else -1, leaves,
-                    (2 if gouraud else 1) if option[SHADOWS] == 0 else 0, side, nl, option[TRANSPARENT], stack,
+                    lx, ly, lz, begin, end, i, ball if gl > 0 and leaves else -1, leaves,
+                    (2 if gouraud else 1) if option[SHADOWS] == 0 else 0, side, nl, option[TRANSPARENT],
+                    option[SHADOW_RAYS] == 2, stack,
                 )  # fmt: skip
                 forgiven_here = forgiven_here or forgiven
             if share <= 0:
@@ -314,7 +341,8 @@ def radiance(
                 eta = one / c[7] if enters else c[7]
                 k2 = one - eta * eta * (one - nv * nv)
                 if k2 < 0:  # total internal reflection: the ray goes on as a mirror ray
-                    mr, mg, mb = mr + c[4], mg + c[5], mb + c[6]
+                    if not option[LOST]:
+                        mr, mg, mb = mr + c[4], mg + c[5], mb + c[6]
                     if option[WHOLE]:
                         mr, mg, mb = one, one, one
                 elif pending < PENDING:

@@ -253,6 +253,7 @@ def transmittance(
     side,
     slope,
     transparent,
+    culled,
     stack,
 ):
     """The share of light that reaches (ox, oy, oz) along a unit direction, and whether facets of its own were forgiven.
@@ -263,7 +264,8 @@ def transmittance(
     passed over where ``excused`` says so, and light into a ``hollow`` is held back; both count as forgiven. At a corner,
     where facets disagree, ``forgive`` 2 asks ``excused`` whichever way this one faces. ``side`` is -1 where the point is
     seen from behind, ``slope`` its N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or as
-    ``transparent`` has it (see ``let_through``).
+    ``transparent`` has it (see ``let_through``). ``culled`` is the fault of passing through faces that the ray meets
+    from behind.
     """
     one, zero = type(dx)(1), type(dx)(0)
     light = one
@@ -299,6 +301,8 @@ def transmittance(
             for i in range(first, first + n):
                 t, b0, b1, b2 = ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, points, i)
                 if t > tmin and t < tmax and flat.face[i] != face:
+                    if culled and rises(flat, i, dx, dy, dz) > 0:
+                        continue
                     own = own_mesh and flat.object[i] == owner
                     if own and excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):
                         forgiven = True
