@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from notabug.adapters.base import Adapter, Found, Quality, Render, RendererMissingError, UnsupportedError
-from notabug.folders import job_folder, write_json, write_text
+from notabug.folders import job_folder, sole_writer, write_json, write_text
 from notabug.metrics.verdict import Verdict, Word
 from notabug.outcome import judge_pictures
 from notabug.record import SCHEMA, Result
@@ -90,8 +90,15 @@ class Run:
 
 
 def run(plan: Plan, watcher: Watcher) -> Run:
-    """Do every job of ``plan``; a job that fails is a result of its own and the others go on."""
-    plan.out.mkdir(parents=True, exist_ok=True)
+    """Do every job of ``plan``; a job that fails is a result of its own and the others go on.
+
+    Raises FolderInUseError where another run, in any process, is writing into the folder.
+    """
+    with sole_writer(plan.out):
+        return _run(plan, watcher)
+
+
+def _run(plan: Plan, watcher: Watcher) -> Run:
     state = Run(plan, watcher)
     watcher.begin(len(plan.choices) * len(plan.renderers))
     state.save()

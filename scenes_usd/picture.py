@@ -52,7 +52,9 @@ def read_picture(path: Path) -> Picture:
         raise PictureError("no such file", where=where, do="check the path")
     if path.stat().st_size == 0:
         raise PictureError("the file is empty (0 bytes)", where=where, do="the renderer was stopped before it wrote")
-    source = OpenImageIO.ImageInput.open(where)
+    upright = OpenImageIO.ImageSpec()
+    upright.attribute("pnm:pfmflip", 1)  # a PFM's first row is the lowest; 3.2 turns it round only when told so
+    source = OpenImageIO.ImageInput.open(where, upright)
     if source is None:
         reason = " ".join(OpenImageIO.geterror().split())
         raise PictureError(f"not a picture ({reason})", where=where, expected="EXR, PNG, TIFF, HDR or PFM")
@@ -105,3 +107,15 @@ def write_exr(
         partial.unlink(missing_ok=True)
         raise PictureError(f"cannot write ({target.geterror()})", where=str(path), do="is the disk full?")
     partial.replace(path)
+
+
+def write_png(path: Path, pixels: npt.NDArray[np.floating]) -> None:
+    """Write (h, w, 3) values in 0..1 (others are clipped) as a 16-bit PNG without colour conversion."""
+    import OpenImageIO
+
+    data = np.ascontiguousarray(np.round(np.clip(pixels, 0.0, 1.0) * 65535.0).astype(np.uint16))
+    spec = OpenImageIO.ImageSpec(data.shape[1], data.shape[0], data.shape[2], OpenImageIO.UINT16)
+    spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
+    target = OpenImageIO.ImageOutput.create(str(path))
+    if target is None or not target.open(str(path), spec) or not target.write_image(data) or not target.close():
+        raise PictureError(f"cannot write ({OpenImageIO.geterror()})", where=str(path), do="is the disk full?")

@@ -74,6 +74,13 @@ def read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
     )
 
 
+def flattened(path: Path, variants: Mapping[str, str]) -> str:
+    """The stage as one layer's text, with ``variants`` chosen and every reference resolved; assets by absolute path."""
+    stage = _open(path)
+    _choose(stage, stage.GetDefaultPrim(), variants)
+    return str(stage.Flatten(False).ExportToString())
+
+
 def _open(path: Path) -> Usd.Stage:
     """The stage, with a session layer of its own: the file is never written to."""
     try:
