@@ -49,7 +49,7 @@ class Limits:
     output: int = _OUTPUT
 
 
-_DEFAULT = Limits()
+DEFAULT = Limits()
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +117,7 @@ def run_child(
     folder: Path,
     timeout: float,
     environment: Mapping[str, str] | None = None,
-    limits: Limits = _DEFAULT,
+    limits: Limits = DEFAULT,
 ) -> Ended:
     """Run ``command`` (a list: nothing is ever read by a shell) in ``folder`` and wait at most ``timeout`` seconds.
 

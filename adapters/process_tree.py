@@ -10,8 +10,8 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import os
+import platform
 import secrets
-import sys
 import time
 from dataclasses import dataclass, field
 from functools import cache
@@ -27,7 +27,7 @@ _PAUSE = 0.01
 @cache
 def adopt_orphans() -> bool:
     """Make orphans below this process its own children, once; False where the system has no such thing."""
-    if not sys.platform.startswith("linux"):
+    if platform.system() != "Linux":
         return False
     library = ctypes.CDLL(None, use_errno=True)
     asked: int = library.prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
@@ -99,6 +99,6 @@ def _childless() -> bool:
 
 def _is_live(process: psutil.Process) -> bool:
     try:
-        return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
+        return bool(process.is_running() and process.status() != psutil.STATUS_ZOMBIE)
     except psutil.Error:
         return False

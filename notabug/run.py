@@ -268,7 +268,7 @@ def _kept(folder: Path, key: str, out: Path) -> Result | None:
 
 def _keys(scene: Scene, adapter: Adapter, found: Found, quality: Quality) -> dict[str, str]:
     """What a picture and what a result depend on, as text."""
-    made = [scene.digest(), adapter.name, found.version, quality.samples, list(quality.seeds)]
+    made = [scene.digest(), adapter.name, found.version, found.key, quality.samples, list(quality.seeds)]
     return {
         "render": json.dumps([*made, fingerprint("scenes_usd", "adapters")]),
         "result": json.dumps([*made, fingerprint("scenes_usd", "references", "adapters", "metrics")]),

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from notabug.scenes_usd.errors import NotabugError
 
 Pixels = npt.NDArray[np.float32]
 
+MAX_CHANNELS = 64
 MAX_PIXELS = 1 << 26  # 8192 x 8192: a header that claims more is refused before anything is allocated
 
 
@@ -43,8 +45,56 @@ _QUANTUM = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class Header:
+    """What a picture file says of itself; ``quantum`` and ``relative_quantum`` as in Picture."""
+
+    width: int
+    height: int
+    channels: int
+    quantum: float
+    relative_quantum: bool
+
+
+def read_header(path: Path) -> Header:
+    """The header of the first image in ``path``, without its pixels."""
+    source = _open(path)
+    try:
+        spec = source.spec()
+        quantum, relative = _QUANTUM.get(str(spec.format), (2.0**-24, True))
+        return Header(spec.width, spec.height, spec.nchannels, quantum, relative)
+    finally:
+        source.close()
+
+
 def read_picture(path: Path) -> Picture:
     """Read the first image in ``path``. One channel is repeated to three; alpha and further channels are left out."""
+    import OpenImageIO
+
+    source = _open(path)
+    try:
+        spec = source.spec()
+        data = source.read_image(OpenImageIO.FLOAT)
+        problem = " ".join(source.geterror().split())
+        if data is None or problem:
+            raise PictureError(
+                f"the file is damaged or truncated ({problem})",
+                where=str(path),
+                do="render it again; the copy is incomplete",
+            )
+        stored = str(spec.format)
+        metadata = {str(each.name): str(each.value) for each in spec.extra_attribs}
+    finally:
+        source.close()
+    pixels = np.asarray(data, np.float32).reshape(spec.height, spec.width, -1)
+    channels = int(pixels.shape[2])
+    pixels = np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else np.ascontiguousarray(pixels[:, :, :3])
+    quantum, relative = _QUANTUM.get(stored, (2.0**-24, True))
+    return Picture(pixels, channels, quantum, relative, metadata)
+
+
+def _open(path: Path) -> Any:
+    """An open OpenImageIO input, whose header is of a size that can be held in memory."""
     import OpenImageIO
 
     where = str(path)
@@ -58,31 +108,15 @@ def read_picture(path: Path) -> Picture:
     if source is None:
         reason = " ".join(OpenImageIO.geterror().split())
         raise PictureError(f"not a picture ({reason})", where=where, expected="EXR, PNG, TIFF, HDR or PFM")
-    try:
-        spec = source.spec()
-        if spec.width * spec.height > MAX_PIXELS or spec.nchannels > 64:
-            raise PictureError(
-                f"the header claims {spec.width} x {spec.height} pixels of {spec.nchannels} channels",
-                where=where,
-                expected=f"at most {MAX_PIXELS} pixels",
-            )
-        data = source.read_image(OpenImageIO.FLOAT)
-        problem = " ".join(source.geterror().split())
-        if data is None or problem:
-            raise PictureError(
-                f"the file is damaged or truncated ({problem})",
-                where=where,
-                do="render it again; the copy is incomplete",
-            )
-        stored = str(spec.format)
-        metadata = {str(each.name): str(each.value) for each in spec.extra_attribs}
-    finally:
+    spec = source.spec()
+    if spec.width * spec.height * max(spec.depth, 1) > MAX_PIXELS or spec.nchannels > MAX_CHANNELS:
         source.close()
-    pixels = np.asarray(data, np.float32).reshape(spec.height, spec.width, -1)
-    channels = int(pixels.shape[2])
-    pixels = np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else np.ascontiguousarray(pixels[:, :, :3])
-    quantum, relative = _QUANTUM.get(stored, (2.0**-24, True))
-    return Picture(pixels, channels, quantum, relative, metadata)
+        raise PictureError(
+            f"the header claims {spec.width} x {spec.height} pixels of {spec.nchannels} channels",
+            where=where,
+            expected=f"at most {MAX_PIXELS} pixels and {MAX_CHANNELS} channels",
+        )
+    return source
 
 
 def write_exr(
