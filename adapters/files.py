@@ -40,6 +40,7 @@ class Files:
     version: str = ""
     install: str = "put the pictures there"
     key: str = ""
+    taken_at_its_word: bool = True  # where there is no picture of the card
 
     def declaration(self, quality: Quality) -> Declaration:
         del quality

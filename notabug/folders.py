@@ -50,12 +50,17 @@ def folder_name(text: str) -> str:
     return f"{safe}-{hashlib.blake2b(text.encode('utf-8', 'surrogatepass'), digest_size=4).hexdigest()}"
 
 
-def job_folder(out: Path, scene: str, variant: str, renderer: str) -> Path:
-    """``out/<class>/<scene>/<variant>/<renderer>``; a scene from outside the corpus has the class ``own``."""
+def scene_folder(out: Path, scene: str, variant: str) -> Path:
+    """``out/<class>/<scene>/<variant>``; a scene from outside the corpus has the class ``own``."""
     group, _, name = scene.partition("/")
     if not name:
         group, name = "own", scene
-    return out.joinpath(*(folder_name(part) for part in (group, name, variant, renderer)))
+    return out.joinpath(*(folder_name(part) for part in (group, name, variant)))
+
+
+def job_folder(out: Path, scene: str, variant: str, renderer: str) -> Path:
+    """The ``scene_folder``'s own for ``renderer``."""
+    return scene_folder(out, scene, variant) / folder_name(renderer)
 
 
 def write_json(path: Path, document: Any) -> None:

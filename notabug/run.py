@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from notabug.adapters.base import Adapter, Found, Quality, Render, RendererMissingError, UnsupportedError
+from notabug.calibration import CARDS, refusal
 from notabug.folders import job_folder, sole_writer, write_json, write_text
 from notabug.metrics.verdict import Verdict, Word
 from notabug.outcome import judge_pictures
@@ -23,16 +24,6 @@ from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 from notabug.selection import Choice
 from notabug.tool import fingerprint, tool
-
-CARD = Choice(source="calibration/card", id="calibration/card")
-
-# Findings on the calibration card that accuse the adapter, not the renderer: until they are gone nothing is judged.
-ADAPTER_FAULTS = frozenset(
-    {
-        *("upside_down", "mirrored", "rotated", "pixel_shift", "field_of_view", "wrong_size", "wrong_scene"),
-        *("light_gain", "gamma", "srgb_encoded", "channels_swapped", "wrong_channels", "black"),
-    }
-)
 
 
 class Watcher(Protocol):
@@ -64,6 +55,7 @@ class Run:
     watcher: Watcher
     results: list[Result] = field(default_factory=list)
     calibration: dict[str, Result] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)  # renderer: what its calibration card says against it
     rendering: float = 0.0  # seconds that renderers took in this run; kept results cost none
     begun: float = field(default_factory=time.perf_counter)
     finished: bool = False
@@ -103,13 +95,11 @@ def _run(plan: Plan, watcher: Watcher) -> Run:
     watcher.begin(len(plan.choices) * len(plan.renderers))
     state.save()
     for name in plan.renderers:
-        card = _calibrate(state, name)
-        if card is not None:
-            state.calibration[name] = card
+        _calibrate(state, name)
     for choice in plan.choices:
         scene = _read(choice)
         for name in plan.renderers:
-            if choice == CARD and name in state.calibration:
+            if choice == CARDS[0] and name in state.calibration:
                 result, kept = state.calibration[name], False
             else:
                 result, kept = _job(state, choice, scene, name)
@@ -128,24 +118,24 @@ def _read(choice: Choice) -> Scene | NotabugError:
         return error
 
 
-def _calibrate(state: Run, name: str) -> Result | None:
-    """The renderer's result on the calibration card; None where there is no card."""
-    scene = _read(CARD)
-    return _job(state, CARD, scene, name)[0] if isinstance(scene, Scene) else None
+def _calibrate(state: Run, name: str) -> None:
+    """Draw the first card that the renderer can draw, and note what it says against the adapter."""
+    for card in CARDS:
+        scene = _read(card)
+        if isinstance(scene, Scene):
+            result, _ = _job(state, card, scene, name)
+            state.calibration.setdefault(name, result)
+            if result.verdict.word != "unsupported":
+                state.calibration[name] = result
+                break
+    if name in state.calibration:
+        adapter, quality = state.plan.renderers[name][0], state.plan.quality
+        state.refused[name] = refusal(state.calibration[name], adapter, quality, state.plan.out)
 
 
 def _expected(scene: Scene, renderer: str) -> str:
     table = expected(scene)
     return table.get(renderer, table.get("*", ""))
-
-
-def _blamed(state: Run, name: str) -> str:
-    """What the calibration card says against the adapter, or ""."""
-    card = state.calibration.get(name)
-    if card is None or card.verdict.word != "bug":
-        return ""
-    faults = [each for each in card.verdict.findings if each.kind == "bug" and each.name in ADAPTER_FAULTS]
-    return "; ".join(each.message or each.name.replace("_", " ") for each in faults)
 
 
 def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> tuple[Result, bool]:
@@ -160,7 +150,7 @@ def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> 
         verdict=Verdict("error"),
         command=reproduce(choice, name, state.plan.quality),
     )
-    blamed = _blamed(state, name)
+    blamed = state.refused.get(name, "")
     if isinstance(scene, NotabugError):
         return replace(blank, verdict=_no_judgement("error", str(scene))), False
     blank = replace(blank, claim=scene.card.claim, size=(scene.width, scene.height), expected=_expected(scene, name))

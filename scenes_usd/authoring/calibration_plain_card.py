@@ -57,7 +57,8 @@ def files() -> dict[str, bytes]:
 
 def _squares(key: str) -> str:
     """One mesh of all squares of the colour ``key``."""
-    points, faces = [], []
+    points: list[tuple[float, float, float]] = []
+    faces: list[tuple[int, int, int, int]] = []
     for row, line in enumerate(SQUARES):
         for column, each in enumerate(line):
             if each == key:
