@@ -25,6 +25,7 @@ from notabug.adapters.process_tree import MARK, Tree, adopt_orphans
 
 LOG_BYTES = 1 << 16  # of a longer log the last bytes are kept: that is where the reason for a failure stands
 _QUOTED_LINES = 12  # of the log, in an error's message
+_QUOTED = 200  # characters of each
 _DRAIN = 2.0  # seconds to read what is left in the pipe of a child that has ended
 _GRACE = 1.0  # seconds between asking a child to end and ending it
 _LOOK = 0.1  # seconds from one look at a child's memory, processor time and files to the next
@@ -103,7 +104,7 @@ _LIMIT: dict[str, tuple[str, str]] = {
 
 def failure(what: str, *, where: str, got: str = "", log: str = "", do: str = "") -> RendererError:
     """A RendererError that quotes the last lines of ``log`` and carries all of it."""
-    lines = [line.rstrip() for line in log.splitlines() if line.strip()][-_QUOTED_LINES:]
+    lines = [line.rstrip()[-_QUOTED:] for line in log.splitlines() if line.strip()][-_QUOTED_LINES:]
     quoted = "".join(f"\n  | {line}" for line in lines)
     error = RendererError(what, where=f"adapter {where!r}", got=got, do=(do or "see its log") + quoted)
     error.log = log
@@ -158,8 +159,8 @@ def run_child(
         child.wait()
         tree.kill()
         log.drain()
-    if not stopped and child.returncode == -signal.SIGXFSZ:
-        stopped = "output"
+    if not stopped and limits.output and _bytes_in(folder, limits.output) >= limits.output:
+        stopped = "output"  # the system let no more be written, and the child may have taken it for any error
     elif not stopped and child.returncode == -signal.SIGXCPU:
         stopped = "cpu"
     return Ended(tuple(command), child.returncode, stopped, time.perf_counter() - started, log.text())
