@@ -17,7 +17,7 @@ from notabug.calibration import CARDS, refusal
 from notabug.folders import job_folder, sole_writer, write_json, write_text
 from notabug.metrics.verdict import Verdict, Word
 from notabug.outcome import judge_pictures
-from notabug.record import SCHEMA, Result
+from notabug.record import SCHEMA, RecordError, Result
 from notabug.scenes_usd.catalogue import expected
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
@@ -251,7 +251,7 @@ def _kept(folder: Path, key: str, out: Path) -> Result | None:
         return None
     try:
         result = Result.from_dict(stored["result"])
-    except (KeyError, TypeError, IndexError):
+    except (RecordError, KeyError):
         return None
     return result if all((out / each).is_file() for each in (result.image, *result.images.values())) else None
 

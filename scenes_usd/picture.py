@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -75,7 +76,7 @@ def read_picture(path: Path) -> Picture:
     try:
         spec = source.spec()
         data = source.read_image(OpenImageIO.FLOAT)
-        problem = " ".join(source.geterror().split())
+        problem = _reason(source)
         if data is None or problem:
             raise PictureError(
                 f"the file is damaged or truncated ({problem})",
@@ -83,7 +84,7 @@ def read_picture(path: Path) -> Picture:
                 do="render it again; the copy is incomplete",
             )
         stored = str(spec.format)
-        metadata = {str(each.name): str(each.value) for each in spec.extra_attribs}
+        metadata = _metadata(spec)
     finally:
         source.close()
     pixels = np.asarray(data, np.float32).reshape(spec.height, spec.width, -1)
@@ -91,6 +92,23 @@ def read_picture(path: Path) -> Picture:
     pixels = np.repeat(pixels[:, :, :1], 3, axis=2) if channels < 3 else np.ascontiguousarray(pixels[:, :, :3])
     quantum, relative = _QUANTUM.get(stored, (2.0**-24, True))
     return Picture(pixels, channels, quantum, relative, metadata)
+
+
+def _reason(told: Any) -> str:
+    """What went wrong in OpenImageIO's words, which may quote bytes of the file that are no text."""
+    try:
+        return " ".join(told.geterror().split())
+    except UnicodeDecodeError:
+        return "its header is no text"
+
+
+def _metadata(spec: Any) -> dict[str, str]:
+    """The header's attributes that are text or can be written as such."""
+    found = {}
+    for each in spec.extra_attribs:
+        with contextlib.suppress(UnicodeDecodeError):
+            found[str(each.name)] = str(each.value)
+    return found
 
 
 def _open(path: Path) -> Any:
@@ -106,8 +124,7 @@ def _open(path: Path) -> Any:
     upright.attribute("pnm:pfmflip", 1)  # a PFM's first row is the lowest; 3.2 turns it round only when told so
     source = OpenImageIO.ImageInput.open(where, upright)
     if source is None:
-        reason = " ".join(OpenImageIO.geterror().split())
-        raise PictureError(f"not a picture ({reason})", where=where, expected="EXR, PNG, TIFF, HDR or PFM")
+        raise PictureError(f"not a picture ({_reason(OpenImageIO)})", where=where, expected="EXR, PNG, TIFF, HDR or PFM")
     spec = source.spec()
     if spec.width * spec.height * max(spec.depth, 1) > MAX_PIXELS or spec.nchannels > MAX_CHANNELS:
         source.close()
