@@ -98,11 +98,15 @@ class Declaration:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """An installed renderer: where it is and which version, and remarks for ``notabug doctor``."""
+    """An installed renderer: where it is and which version, and remarks for ``notabug doctor``.
+
+    ``key`` is whatever else a finished result depends on: settings, the contents of a program without a version.
+    """
 
     version: str
     where: str
     remarks: tuple[str, ...] = ()
+    key: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -74,6 +74,18 @@ class Bench(StrEnum):
     verdict = "verdict"
 
 
+class Format(StrEnum):
+    """What ``notabug export`` writes."""
+
+    json = "json"
+    usd = "usd"
+    obj = "obj"
+    gltf = "gltf"
+    pbrt = "pbrt"
+    povray = "povray"
+    mitsuba = "mitsuba"
+
+
 class Deed(StrEnum):
     """What ``notabug references`` does."""
 
@@ -229,6 +241,38 @@ def references(
     from notabug.corpus import command
 
     raise typer.Exit(command(deed.value, scenes or [], variant or []))
+
+
+@app.command()
+def calibrate(
+    renderer: Annotated[
+        list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all found.")
+    ] = None,
+    samples: Annotated[int, typer.Option(min=0, help="Samples per pixel; 0: each renderer's default.")] = 0,
+    timeout: Annotated[float, typer.Option(min=1.0, help="Seconds for one card.")] = 600.0,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Draw the card again, whatever is remembered.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Draw a test card and say what stands between a renderer and being judged."""
+    from notabug.calibrating import command
+
+    raise typer.Exit(command(renderer or [], samples, timeout, fresh, as_json))
+
+
+@app.command()
+def export(
+    to: Annotated[Format, typer.Option("--to", help="The format.")],
+    scenes: Annotated[list[str] | None, typer.Argument(metavar="[SCENE]...", help="Default: all.")] = None,
+    variant: Variant = None,
+    variants: Annotated[
+        Variants, typer.Option(help="Default variants only, or each set varied in turn.")
+    ] = Variants.default,
+    out: Annotated[Path, typer.Option(help="Folder for class/scene/variant/.")] = Path("notabug-scenes"),
+) -> None:
+    """Write scenes for renderers that read no USD, with scene.json beside each."""
+    from notabug.exporting import command
+
+    raise typer.Exit(command(scenes or [], variant or [], variants is Variants.all, to.value, out))
 
 
 @app.command("list")

@@ -12,12 +12,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
-import numpy as np
-import numpy.typing as npt
 from rich.console import Console
 from rich.text import Text
 
 from notabug.adapters.base import Declaration, Filter
+from notabug.adapters.declared import RADIUS, SRGB_SLOPE, decode_srgb
 from notabug.exit_codes import ExitCode
 from notabug.folders import folder_name, write_json
 from notabug.outcome import judge_pictures
@@ -31,9 +30,6 @@ from notabug.scenes_usd.reader import read_scene
 from notabug.selection import parse_variants
 from notabug.tool import tool
 from notabug.words import number, readable
-
-RADIUS = {"point": 0.0, "box": 0.5, "tent": 1.0, "gaussian": 2.0, "unknown": 2.0}  # pixels, where none is declared
-SRGB_SLOPE = 2.4 / 1.055  # of the decoding at 1: by so much does a step of the file grow
 
 
 def command(
@@ -132,17 +128,6 @@ def declare(
         normalised="unknown",
         highlight="unknown",
     )
-
-
-def decode_srgb(encoded: npt.NDArray[np.floating]) -> npt.NDArray[np.float32]:
-    """IEC 61966-2-1 to linear; below 0 mirrored, above 1 by the same curve.
-
-    >>> float(decode_srgb(np.array([0.5])).round(4)[0])
-    0.214
-    """
-    size = np.abs(encoded)
-    linear = np.where(size <= 0.04045, size / 12.92, ((size + 0.055) / 1.055) ** 2.4)
-    return np.asarray(np.copysign(linear, encoded), np.float32)
 
 
 def _as_linear(images: Sequence[Path], pictures: Sequence[Picture], folder: Path, srgb: bool) -> list[Path]:

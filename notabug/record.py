@@ -6,9 +6,14 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from notabug.metrics.verdict import Verdict
+from notabug.metrics.verdict import GLYPH, Verdict
+from notabug.scenes_usd.errors import NotabugError
 
 SCHEMA = 1
+
+
+class RecordError(NotabugError):
+    """A record that no run has written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +77,17 @@ class Result:
         return document
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Result:
+    def from_dict(cls, data: Any) -> Result:
+        """The result that ``data``, as in ``run.json``, holds; raises RecordError where it holds none."""
+        try:
+            _check_types(data)
+            return cls._from_dict(data)
+        except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+            got = f"{type(error).__name__}: {error}"
+            raise RecordError("not a result of a run", got=got, do="run again with --no-resume") from error
+
+    @classmethod
+    def _from_dict(cls, data: dict[str, Any]) -> Result:
         parts = {key: data[key] for key in ("findings", "legs", "triggers", "message", "numbers")}
         parts["findings"] = [_numbers(each, {"area_px", "jnd", "z"}) for each in parts["findings"]]
         parts["legs"] = {name: _numbers(each, set(each)) for name, each in parts["legs"].items()}
@@ -94,6 +109,36 @@ class Result:
             expected=data["expected"],
             claim=data["claim"],
         )
+
+
+_TEXTS = ("scene", "variant", "renderer", "renderer_version", "verdict", "message", "image", "command", "expected")
+
+
+def _check_types(data: Any) -> None:
+    """Raise TypeError or ValueError where what would be drawn, added up or opened is of another type."""
+    for key in (*_TEXTS, "claim"):
+        if not isinstance(data[key], str):
+            raise TypeError(f"{key} is no text")
+    if data["verdict"] not in GLYPH:
+        raise ValueError(f"unknown verdict {data['verdict']!r}")
+    for key in ("samples", "seeds"):
+        if not isinstance(data[key], int):
+            raise TypeError(f"{key} is no whole number")
+    if not all(
+        isinstance(each, str) for each in (*data["images"].values(), *data["renderer_command"], *data["triggers"])
+    ):
+        raise TypeError("a picture's path or a word of the command or the triggers is no text")
+    numbers = [*data["seconds"].values(), *data["size"], *data["numbers"].values()]
+    for leg in data["legs"].values():
+        numbers += leg.values()
+    for each in data["findings"]:
+        numbers += [each["area_px"], each["jnd"], each["z"], *each["region"]]
+        if not isinstance(each["name"], str) or not isinstance(each["message"], str):
+            raise TypeError("a finding's name or message is no text")
+    if not all(each is None or isinstance(each, int | float) for each in numbers):
+        raise TypeError("a number is none")
+    if not {"render", "judge"} <= data["seconds"].keys() or not {"limitation", "bug"} <= data["legs"].keys():
+        raise ValueError("seconds or legs are missing")
 
 
 def json_ready(value: Any) -> Any:

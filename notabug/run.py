@@ -13,26 +13,17 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from notabug.adapters.base import Adapter, Found, Quality, Render, RendererMissingError, UnsupportedError
-from notabug.folders import job_folder, write_json, write_text
+from notabug.calibration import CARDS, refusal
+from notabug.folders import job_folder, sole_writer, write_json, write_text
 from notabug.metrics.verdict import Verdict, Word
 from notabug.outcome import judge_pictures
-from notabug.record import SCHEMA, Result
+from notabug.record import SCHEMA, RecordError, Result
 from notabug.scenes_usd.catalogue import expected
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 from notabug.selection import Choice
 from notabug.tool import fingerprint, tool
-
-CARD = Choice(source="calibration/card", id="calibration/card")
-
-# Findings on the calibration card that accuse the adapter, not the renderer: until they are gone nothing is judged.
-ADAPTER_FAULTS = frozenset(
-    {
-        *("upside_down", "mirrored", "rotated", "pixel_shift", "field_of_view", "wrong_size", "wrong_scene"),
-        *("light_gain", "gamma", "srgb_encoded", "channels_swapped", "wrong_channels", "black"),
-    }
-)
 
 
 class Watcher(Protocol):
@@ -68,6 +59,7 @@ class Run:
     watcher: Watcher
     results: list[Result] = field(default_factory=list)
     calibration: dict[str, Result] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)  # renderer: what its calibration card says against it
     rendering: float = 0.0  # seconds that renderers took in this run; kept results cost none
     begun: float = field(default_factory=time.perf_counter)
     finished: bool = False
@@ -94,19 +86,24 @@ class Run:
 
 
 def run(plan: Plan, watcher: Watcher) -> Run:
-    """Do every job of ``plan``; a job that fails is a result of its own and the others go on."""
-    plan.out.mkdir(parents=True, exist_ok=True)
+    """Do every job of ``plan``; a job that fails is a result of its own and the others go on.
+
+    Raises FolderInUseError where another run, in any process, is writing into the folder.
+    """
+    with sole_writer(plan.out):
+        return _run(plan, watcher)
+
+
+def _run(plan: Plan, watcher: Watcher) -> Run:
     state = Run(plan, watcher)
     watcher.begin(sum(len(plan.wanted(choice)) for choice in plan.choices))
     state.save()
     for name in plan.renderers:
-        card = _calibrate(state, name)
-        if card is not None:
-            state.calibration[name] = card
+        _calibrate(state, name)
     for choice in plan.choices:
         scene = _read(choice)
         for name in plan.wanted(choice):
-            if choice == CARD and name in state.calibration:
+            if choice == CARDS[0] and name in state.calibration:
                 result, kept = state.calibration[name], False
             else:
                 result, kept = _job(state, choice, scene, name)
@@ -125,24 +122,24 @@ def _read(choice: Choice) -> Scene | NotabugError:
         return error
 
 
-def _calibrate(state: Run, name: str) -> Result | None:
-    """The renderer's result on the calibration card; None where there is no card."""
-    scene = _read(CARD)
-    return _job(state, CARD, scene, name)[0] if isinstance(scene, Scene) else None
+def _calibrate(state: Run, name: str) -> None:
+    """Draw the first card that the renderer can draw, and note what it says against the adapter."""
+    for card in CARDS:
+        scene = _read(card)
+        if isinstance(scene, Scene):
+            result, _ = _job(state, card, scene, name)
+            state.calibration.setdefault(name, result)
+            if result.verdict.word != "unsupported":
+                state.calibration[name] = result
+                break
+    if name in state.calibration:
+        adapter, quality = state.plan.renderers[name][0], state.plan.quality
+        state.refused[name] = refusal(state.calibration[name], adapter, quality, state.plan.out)
 
 
 def _expected(scene: Scene, renderer: str) -> str:
     table = expected(scene)
     return table.get(renderer, table.get("*", ""))
-
-
-def _blamed(state: Run, name: str) -> str:
-    """What the calibration card says against the adapter, or ""."""
-    card = state.calibration.get(name)
-    if card is None or card.verdict.word != "bug":
-        return ""
-    faults = [each for each in card.verdict.findings if each.kind == "bug" and each.name in ADAPTER_FAULTS]
-    return "; ".join(each.message or each.name.replace("_", " ") for each in faults)
 
 
 def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> tuple[Result, bool]:
@@ -159,7 +156,7 @@ def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> 
         verdict=Verdict("error"),
         command=reproduce(choice, name, state.plan.quality),
     )
-    blamed = _blamed(state, name)
+    blamed = state.refused.get(name, "")
     if isinstance(scene, NotabugError):
         return replace(blank, verdict=_no_judgement("error", str(scene))), False
     stated = "" if choice.label else _expected(scene, name)
@@ -262,14 +259,14 @@ def _kept(folder: Path, key: str, out: Path) -> Result | None:
         return None
     try:
         result = Result.from_dict(stored["result"])
-    except (KeyError, TypeError, IndexError):
+    except (RecordError, KeyError):
         return None
     return result if all((out / each).is_file() for each in (result.image, *result.images.values())) else None
 
 
 def _keys(scene: Scene, adapter: Adapter, found: Found, quality: Quality) -> dict[str, str]:
     """What a picture and what a result depend on, as text."""
-    made = [scene.digest(), adapter.name, found.version, quality.samples, list(quality.seeds)]
+    made = [scene.digest(), adapter.name, found.version, found.key, quality.samples, list(quality.seeds)]
     return {
         "render": json.dumps([*made, fingerprint("scenes_usd", "adapters")]),
         "result": json.dumps([*made, fingerprint("scenes_usd", "references", "adapters", "metrics")]),
