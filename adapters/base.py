@@ -9,6 +9,7 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from notabug.references.models.acne import C, ROUNDOFF
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
@@ -37,6 +38,7 @@ class Declaration:
     Attributes
     ----------
     precision : arithmetic of the renderer's intersections.
+    hit_error : by how much a hit point may be off its surface, in parts of |O| + t + |x|; 0: by 8 roundings.
     filter, radius : pixel filter and its radius in pixels (0.5 for box, 0 for point).
     quantum : the step of the output's encoding at 1.0 (1/65535 for 16-bit integers, 2**-11 relative for half floats).
     relative_quantum : True where the step scales with the value (floating-point output).
@@ -74,6 +76,16 @@ class Declaration:
     lobe: Literal["authored", "phong", "blinn", "phong_matched", "blinn_matched", "unknown"] = "authored"
     normalised: Literal["no", "n2", "n8", "unknown"] = "no"
     highlight: Literal["authored", "cosine", "uncut", "unknown"] = "authored"
+    hit_error: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.hit_error:
+            object.__setattr__(self, "hit_error", C * ROUNDOFF[self.precision])
+
+    @property
+    def resolves(self) -> str:
+        """What decides which of two near surfaces is seen: the depth buffer, or where there is none the rays."""
+        return f"depth_{self.depth}" if self.depth else f"ray_{self.precision}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,12 +21,20 @@ from notabug.scenes_usd.scene import Scene
 class InHouse:
     """The ray tracer of ``notabug.references.tracer``: pixel centres by default, box-filtered random samples for more.
 
-    ``faults`` names models of the scene to be switched on: how the labelled benchmark makes its bugs.
+    Attributes
+    ----------
+    faults : models of the scene to be switched on: how the labelled benchmark makes its bugs.
+    start, epsilon, refine, offset : where rays start, as in ``Options``: each workaround of surface acne, and of the
+        terminator problem, with its caveats.
     """
 
     name: str = "inhouse"
     precision: Literal["float32", "float64"] = "float64"
     faults: tuple[str, ...] = ()
+    start: Literal["exact", "none", "absolute", "relative", "error_bound"] = "exact"
+    epsilon: float = 0.0
+    refine: bool = False
+    offset: float = 0.0
     install: str = "part of notabug"
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
@@ -62,15 +70,20 @@ class InHouse:
 
         check_supported(self, scene)
         drawn = replace(scene, intent=None)  # meshes are drawn as they are, whatever they stand for
-        chosen = [each for each in models(scene) if each.name in ("facet_self_shadow", *self.faults)]
+        chosen = [each.as_drawn() for each in models(scene) if each.name in ("facet_self_shadow", *self.faults)]
         configured_scene, options = configured(drawn, chosen)
+        ties = options.ties if options.ties != "first" else "nearest"
+        switches = {"start": self.start, "epsilon": self.epsilon, "refine": self.refine, "offset": self.offset}
+        for each in chosen:  # a fault's own switches win
+            switches |= {key: value for key, value in each.options.items() if key in switches}
+        options = replace(options, ties=ties, **switches)  # type: ignore[arg-type]
         samples = max(1, quality.samples)
         made = []
         for seed in quality.seeds if samples > 1 else quality.seeds[:1]:
             start = time.perf_counter()
             pixels = trace_picture(
                 configured_scene,
-                replace(options, ties="nearest"),
+                options,
                 samples=samples,
                 seed=seed,
                 dtype=self.precision,

@@ -7,11 +7,13 @@ their support, the segment from there to their own picture: V = B - R, alpha = c
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import Admissible, Bools, residual
@@ -28,6 +30,8 @@ Predict = Callable[[tuple[Model, ...]], Admissible]
 MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
+LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
+MOST_ALIKE = 0.3  # correlation of neighbours' differences; a blot's is above .5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +51,7 @@ class Explanation:
     significance: Significance
     nuisance: Nuisance  # fitted only where nothing else is wrong
     before: Floats  # (h, w) z of the picture against the reference alone
+    supports: dict[str, Bools] = field(default_factory=dict)  # (h, w) where each ``partial`` or ``set`` may act
 
     @property
     def triggers(self) -> tuple[str, ...]:
@@ -60,28 +65,33 @@ class Explanation:
 
 def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: tuple[Model, ...] = ()) -> Explanation:
     """Explain ``measured`` by all of ``models`` on top of ``fixed`` (a fault under test)."""
-    chosen = fixed + tuple(each for each in models if each.rule == "choice")
+    applied = fixed + models
+    chosen = tuple(each for each in applied if each.rule == "choice")
     target = predict(chosen)
     alphas: dict[str, Floats] = {
         each.name: support(predict(fixed), predict((*fixed, each))).astype(np.float64)
         for each in models
-        if each.rule == "choice"
+        if each.rule == "choice" and all(other.rule == "choice" for other in fixed)
     }
     freedom = 0.0
     excluded = np.zeros(measured.mean.shape[:2], np.bool_)
-    for each in models:
+    supports: dict[str, Bools] = {}
+    for each in applied:
         if each.rule != "choice":
             values = [predict((*chosen, value)) for value in each.values()]
-            explained = _mixture if each.rule == "set" else _segment
+            explained = {"set": _mixture, "partial": _segment, "any": _anything}[each.rule]
+            if each.grain:
+                explained = partial(_grained, explained)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
+            supports[each.name] = within
             excluded |= within
             freedom += length
     r = residual(measured.mean, target)
     found = significance(r, measured, target)
     nearest = np.where(found.pixels[..., None], np.clip(measured.mean, target.lo, target.hi), measured.mean)
     global_fit = Nuisance() if found.triggers else nuisance(measured, target, excluded)
-    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z)
+    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z, supports)
 
 
 def support(bare: Admissible, other: Admissible) -> Bools:
@@ -153,6 +163,41 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> tuple
     return target, alpha, within, float(length[within].sum() / within.size)
 
 
+def _anything(measured: Measured, base: Admissible, *values: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+    """The admissible set where a picture may show anything in the support of ``values``: as in ``_segment``."""
+    within = np.logical_or.reduce([support(base, each) for each in values])
+    at = within[..., None]
+    value = np.where(at, measured.mean, base.value)
+    lo, hi = np.where(at, value, base.lo), np.where(at, value, base.hi)
+    alpha = (within & (largest(np.abs(measured.mean - base.value) - base.tau) > 0)).astype(np.float64)
+    length = float(alpha.sum()) * max(1.0, float(base.value.max(initial=0.0)))  # more than any list of values has
+    return replace(base, value=value, lo=lo, hi=hi), alpha, within, length
+
+
+def _grained(
+    explained: Callable[..., tuple[Admissible, Floats, Bools, float]],
+    measured: Measured,
+    base: Admissible,
+    *values: Admissible,
+) -> tuple[Admissible, Floats, Bools, float]:
+    """What ``explained`` admits, if it is dots: shares alpha that differ from those around them, each by itself.
+
+    A half-dark band and a black blot are no acne. In a mean over many samples dots are small deviations, but still
+    deviations; in blots neighbours deviate alike.
+    """
+    found = explained(measured, base, *values)
+    _, alpha, within, _ = found
+    count = np.maximum(ndimage.uniform_filter(within.astype(np.float64), 5, mode="constant"), 1e-9)
+    off = np.where(within, alpha - ndimage.uniform_filter(alpha * within, 5, mode="constant") / count, 0.0)
+    power = float((off**2).sum())
+    if power <= LEAST_GRAIN**2 * float((within & (alpha > 0)).sum()):
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    alike = 0.5 * float((off[:, 1:] * off[:, :-1]).sum() + (off[1:] * off[:-1]).sum())
+    if alike > MOST_ALIKE * power:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    return found
+
+
 def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:
     """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other."""
     for size in range(min(LARGEST_SET, len(models)) + 1):
@@ -165,7 +210,7 @@ def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:
 def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, ...]:
     """The limitations and conventions that ``declaration`` leaves open; ``unknown`` features leave all open."""
     return tuple(
-        each
+        each.under(declaration)
         for each in models
         if each.kind != "fault"
         and (each.when is None or getattr(declaration, each.when[0]) in (each.when[1], "unknown"))

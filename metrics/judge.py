@@ -27,6 +27,7 @@ from notabug.scenes_usd.scene import Scene
 Floats = npt.NDArray[np.floating]
 
 REGIONS = 12  # boxes a finding lists at most
+UNTELLABLE = 0.25  # share of the lit pixels where no epsilon helps, beyond which acne is neither right nor wrong
 BLIND = 3.0  # standard errors of a tile's mean that must fit into the tolerance, or the picture is too noisy to judge
 
 
@@ -80,13 +81,18 @@ def judge(
     found = explain(measured, open_to, predicted)
     findings: tuple[Finding, ...] = ()
     word: Word
-    hesitation = _hesitation(measured, found, declaration)
+    hesitation = _hesitation(measured, found, declaration) or _beyond_telling(found, reference, declaration)
     considered = {key[0][0]: to.value for key, to in sets.items() if len(key) == 1}
     if hesitation:
         word, message = "inconclusive", hesitation
     elif found.triggers:
         name = _global_name(found) or name_bug(
-            measured, found, [each for each in known if each.kind == "fault"], open_to, predicted, others
+            measured,
+            found,
+            [each.under(declaration) for each in known if each.kind == "fault"],
+            open_to,
+            predicted,
+            others,
         )
         bug = _bug(name, found)
         word, findings, message = "bug", (bug, *_limitations(found)), bug.message
@@ -130,6 +136,20 @@ def _hesitation(measured: Measured, found: Explanation, declaration: Declaration
         factor = (BLIND * ratio) ** 2
         return f"too noisy: {factor:.1f} times as many samples would decide"
     return ""
+
+
+def _beyond_telling(found: Explanation, reference: Admissible, declaration: Declaration) -> str:
+    """Why a picture that acne explains says nothing, or "": there acne may be on most of what is seen."""
+    if found.triggers or "acne" not in found.supports:
+        return ""
+    lit = largest(reference.value) > 0
+    share = float((found.supports["acne"] & lit).sum()) / max(1.0, float(lit.sum()))
+    if share <= UNTELLABLE:
+        return ""
+    return (
+        f"no picture can tell here: with a rounding of {declaration.hit_error:.1e} of the distance no reasonable"
+        f" epsilon prevents acne on {share:.0%} of what is lit; bring camera or scene nearer"
+    )
 
 
 def _looks_noisy(measured: Measured, found: Explanation) -> bool:

@@ -17,6 +17,7 @@ from notabug.references.models.model import Model
 
 REMAINS = 0.15  # a name may leave this much of the bug leg: right ones leave .08, a gamma in the place of an albedo .18
 SAME = 0.97  # correlation from which two pictures show the same scene
+NOTHING = 0.02  # what a name leaves where two renderers see different surfaces at an edge
 OTHER = 0.7  # and below which they do not
 
 Others = Callable[[], Iterable[tuple[str, npt.NDArray[np.floating]]]]
@@ -30,6 +31,7 @@ class Name:
     name: str
     message: str
     remains: float
+    freedom: float = 0.0
 
 
 def name_bug(
@@ -53,11 +55,13 @@ def name_bug(
             tried.append(Name(cause.name, cause.message, left.excess / length))
     for fault in faults:
         for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
-            left = fit(measured, models, predict, (fault,)).significance
-            tried.append(Name(fault.name, fault.claim, left.excess / length))
-            if left.excess == 0:
+            left = fit(measured, models, predict, (fault,))
+            excess = left.significance.excess
+            tried.append(Name(fault.name, fault.claim, excess / length, left.freedom))
+            if excess == 0:
                 break
-    best = min(tried, key=lambda each: each.remains, default=None)
+    # of names that leave next to nothing, the one that could have explained the least else
+    best = min(tried, key=lambda each: (max(each.remains, NOTHING), each.freedom), default=None)
     if best is not None and best.remains < REMAINS:
         return best
     if _alike(measured.mean, reference.value) < OTHER:

@@ -39,7 +39,13 @@ class Options:
         another. Unless the nearest wins, coincident surfaces do not shadow each other.
     resolution, near_resolution : what a renderer cannot tell apart along a ray: the first times distance and size, plus
         the second times the squared distance (a depth buffer's).
-    acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``.
+        Two faults: coincident surfaces have their ``blend``, or there is a ``hole``.
+    acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``, or
+        where an ``absolute`` epsilon is too small for it: one bit for each light, -1 for all.
+    start : how a ray leaves a surface: see start.py. ``epsilon`` is the length of ``absolute``, and what ``relative``
+        multiplies with coordinates and distance.
+    refine : the ray is shot back at the facet's plane to correct the hit (Woo, Pearce and Ouellette 1996).
+    offset : shadow rays of smooth meshes start this many sagittas outside the facet (Snyder and Barr 1987).
     """
 
     shadows: Literal["forgiving", "facets", "none"] = "forgiving"
@@ -51,12 +57,16 @@ class Options:
     mirrored_highlight: Literal["own", "primary", "lost"] = "own"
     retroreflection: bool = False
     transparent_shadows: Literal["attenuate", "opaque", "free", "glass"] = "attenuate"
-    ties: Literal["nearest", "first", "another", "unlit"] = "first"
+    ties: Literal["nearest", "first", "another", "unlit", "blend", "hole"] = "first"
     resolution: float = 0.0
     near_resolution: float = 0.0
     whole_reflection: bool = False
-    acne: bool = False
+    acne: int = 0
     hit_error: float = 0.0
+    start: Literal["exact", "none", "absolute", "relative", "error_bound"] = "exact"
+    epsilon: float = 0.0
+    refine: bool = False
+    offset: float = 0.0
 
     def encoded(self) -> npt.NDArray[np.int64]:
         """The switches in the order of the columns in render.py."""
@@ -71,15 +81,17 @@ class Options:
                 ("own", "primary", "lost").index(self.mirrored_highlight),
                 int(self.retroreflection),
                 ("attenuate", "opaque", "free", "glass").index(self.transparent_shadows),
-                ("nearest", "first", "another", "unlit").index(self.ties),
-                int(self.acne),
+                ("nearest", "first", "another", "unlit", "blend", "hole").index(self.ties),
+                self.acne,
                 int(self.whole_reflection),
+                ("exact", "none", "absolute", "relative", "error_bound").index(self.start),
+                int(self.refine),
             ]
         )
 
     def numbers(self) -> Floats:
         """The real parameters in the order of the columns in render.py."""
-        return np.array([self.resolution, self.near_resolution, self.hit_error])
+        return np.array([self.resolution, self.near_resolution, self.hit_error, self.epsilon, self.offset])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -144,7 +144,7 @@ def _light(
     leaves = ball if facet @ to > 0 else -1
     if options.shadows != "none" and cosine > 0:
         share, spared = transmittance(
-            flat, flat.spheres, flat.secondary, *at, *to, start, distance, triangle, leaves,
+            flat, flat.spheres, flat.secondary, *at, *to, start, distance, triangle, leaves, True,
             options.shadows == "forgiving", side, cosine, options.encoded()[TRANSPARENT], stack,
         )  # fmt: skip
         arrays = (flat.bounds, flat.child, flat.size, flat.points, flat.face)

@@ -9,12 +9,14 @@ import numpy as np
 from notabug.references.tracer.bvh import STACK
 from notabug.references.tracer.jit import kernel
 from notabug.references.tracer.shade import albedo, corner_weights, highlight, screen_weights
+from notabug.references.tracer.start import ABSOLUTE, ERROR_BOUND, bounded, clearance
 from notabug.references.tracer.traverse import closest, closest_sphere, rival, transmittance
 
 # Columns of the options array: see Options in envelope.py.
 SHADOWS, NORMALS, SILHOUETTE, AFFINE, RAW_VECTORS, UNCUT, MIRRORED, RETRO, TRANSPARENT, TIE, ACNE, WHOLE = range(12)
+START, REFINE = 12, 13
 # Columns of the numbers array.
-RESOLUTION, NEAR_RESOLUTION, HIT_ERROR = range(3)
+RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET = range(5)
 EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
 BOUNCES = 8
 PENDING = 64  # rays that may wait in the recursion's stack: three a hit, one of them followed at once
@@ -80,7 +82,11 @@ def radiance(
         wr, wg, wb = rays[pending, 6], rays[pending, 7], rays[pending, 8]
         generation, skip, skip_sphere = int(rays[pending, 9]), int(rays[pending, 10]), int(rays[pending, 11])
         depth = generation // PASSAGES
-        tmin = near if generation == 0 else type(dx)(32) * unit * (flat.radius + abs(ox) + abs(oy) + abs(oz))
+        tmin = near
+        if generation:
+            tmin = clearance(flat, option[START], number[EPSILON], unit, ox, oy, oz)
+        if option[START]:
+            skip, skip_sphere = -1, -1
         i, t, b0, b1, b2 = closest(
             flat.bounds, flat.child, flat.size, flat.points, flat.face, ox, oy, oz, dx, dy, dz, tmin, far, skip, stack
         )
@@ -91,7 +97,7 @@ def radiance(
                 i, t = -1, ts
         if i < 0 and ball < 0:
             continue
-        unlit = False
+        unlit, blend = False, -1
         extent = flat.radius * type(dx)(EXACT) + type(dx)(32) * unit * t
         if option[TIE] > 0:
             # of coincident surfaces the first of the scene wins; within the renderer's resolution another one may
@@ -109,6 +115,10 @@ def radiance(
                     flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, True, stack
                 )
                 if winner >= 0:
+                    if option[TIE] == 5:  # a hole: the fault of losing both
+                        continue
+                    if option[TIE] == 4:
+                        blend = flat.material[winner]
                     if option[TIE] == 2:
                         i, ball, t, b0, b1, b2 = triangle, sphere, along, a0, a1, a2
                     unlit = option[TIE] == 3
@@ -126,6 +136,9 @@ def radiance(
             length = math.sqrt(gx * gx + gy * gy + gz * gz)
             gx, gy, gz = gx / length, gy / length, gz / length
             side = one if gx * vx + gy * vy + gz * vz >= 0 else -one
+            if option[REFINE]:  # the ray shot back at the facet's plane takes off what t was too long
+                back = ((x - p[0]) * gx + (y - p[1]) * gy + (z - p[2]) * gz) / (dx * gx + dy * gy + dz * gz)
+                x, y, z = x - back * dx, y - back * dy, z - back * dz
             c0, c1, c2, c3, w0, w1, w2, w3 = corner_weights(flat, quads, i, b0, b1, b2, x, y, z)
             sag = flat.sagitta[i]
             nx, ny, nz = gx, gy, gz
@@ -170,13 +183,23 @@ def radiance(
                 painted = False
         material = flat.material[owner]
         ar, ag, ab = albedo(flat, textures, material, u, v)
+        if blend >= 0:
+            half = one / type(dx)(2)
+            br, bg, bb = albedo(flat, textures, blend, u, v)
+            ar, ag, ab = half * (ar + br), half * (ag + bg), half * (ab + bb)
         opaque = one
         if secondary is not None:
             opaque = secondary.coefficients[material, 0]
         sr, sg, sb = zero, zero, zero
         blocked = 0
         forgiven_here = False
-        start = type(dx)(32) * unit * (flat.radius + abs(x) + abs(y) + abs(z))
+        start = clearance(flat, option[START], number[EPSILON], unit, x, y, z)
+        sx, sy, sz, beside = x, y, z, zero  # where rays leave from, and how far beside it, on the side they go to
+        if option[START] == ERROR_BOUND:
+            sx, sy, sz, beside = bounded(flat, spheres, i, ball, b0, b1, b2, x, y, z, gx, gy, gz, unit)
+        beside *= side
+        lift = type(dx)(number[OFFSET]) * max(sag, zero)  # Snyder and Barr 1987: outwards by the facet's sagitta
+        leaves = option[START] == 0
         for k in range(flat.light.shape[0] if painted else 0):
             light = flat.light[k]
             if light[0] == 0:
@@ -193,12 +216,15 @@ def radiance(
                 continue
             share = one
             dark = unlit
-            if option[ACNE]:
+            if (option[ACNE] >> k) & 1:
                 # the hit's own error lifts it off or sinks it in; the light meets the surface again at error / N.L,
                 # and an epsilon of more than half a pixel's footprint would detach shadows that are real
                 reach = abs(ox) + abs(oy) + abs(oz) + t + abs(x) + abs(y) + abs(z)
                 steep = abs(gx * lx + gy * ly + gz * lz)
-                if type(dx)(number[HIT_ERROR]) * reach > steep * pixel_angle * t:
+                limit = pixel_angle * t
+                if option[START] == ABSOLUTE:  # or what the renderer's own epsilon prevents
+                    limit = type(dx)(number[EPSILON])
+                if type(dx)(number[HIT_ERROR]) * reach > steep * limit:
                     dark = True
             begin = start
             if option[TIE] > 0:  # what coincides with this surface does not shadow it
@@ -206,9 +232,12 @@ def radiance(
             if dark:
                 share = zero
             elif option[SHADOWS] != 2 and nl > 0:  # behind, an uncut highlight belongs to a shader without shadows
+                gl = (gx * lx + gy * ly + gz * lz) * side
+                to = beside if gl > 0 else -beside
                 share, forgiven = transmittance(
-                    flat, spheres, secondary, x, y, z, lx, ly, lz, begin, distance, i,
-                    ball if (gx * lx + gy * ly + gz * lz) * side > 0 else -1,
+                    flat, spheres, secondary,
+                    sx + to * gx + lift * nx, sy + to * gy + lift * ny, sz + to * gz + lift * nz,
+                    lx, ly, lz, begin, distance, i, ball if gl > 0 and leaves else -1, leaves,
                     option[SHADOWS] == 0, side, nl, option[TRANSPARENT], stack,
                 )  # fmt: skip
                 forgiven_here = forgiven_here or forgiven
@@ -261,19 +290,22 @@ def radiance(
                 elif pending < PENDING:
                     s = eta * nv - math.sqrt(k2)
                     pending = _push(
-                        rays, pending, x, y, z, s * nx - eta * vx, s * ny - eta * vy, s * nz - eta * vz,
+                        rays, pending, sx - beside * gx, sy - beside * gy, sz - beside * gz, s * nx - eta * vx, s * ny - eta * vy, s * nz - eta * vz,
                         wr * c[4], wg * c[5], wb * c[6], generation + PASSAGES, face, -1,
                     )  # fmt: skip
             if depth < BOUNCES and (mr > 0 or mg > 0 or mb > 0) and pending < PENDING:
-                leaves = ball if (gx * mx + gy * my + gz * mz) * side > 0 and side > 0 else -1
+                rises = (gx * mx + gy * my + gz * mz) * side > 0
+                to = beside if rises else -beside
                 pending = _push(
-                    rays, pending, x, y, z, mx, my, mz, wr * mr, wg * mg, wb * mb, generation + PASSAGES, face, leaves
-                )
+                    rays, pending, sx + to * gx, sy + to * gy, sz + to * gz, mx, my, mz, wr * mr, wg * mg, wb * mb,
+                    generation + PASSAGES, face, ball if rises and side > 0 else -1,
+                )  # fmt: skip
             if opaque < 1 and pending < PENDING and generation % PASSAGES < PASSAGES - 1:
                 rest = one - opaque
                 pending = _push(
-                    rays, pending, x, y, z, dx, dy, dz, wr * rest, wg * rest, wb * rest, generation + 1, face, -1
-                )
+                    rays, pending, sx - beside * gx, sy - beside * gy, sz - beside * gz, dx, dy, dz,
+                    wr * rest, wg * rest, wb * rest, generation + 1, face, -1,
+                )  # fmt: skip
     return r, g, b, identity, spared
 
 

@@ -248,6 +248,7 @@ def transmittance(
     tmax,
     triangle,
     sphere,
+    leaves,
     forgive,
     side,
     slope,
@@ -256,8 +257,8 @@ def transmittance(
 ):
     """The share of light that reaches (ox, oy, oz) along a unit direction, and whether facets of its own were forgiven.
 
-    ``triangle``, with its face, and ``sphere`` (or -1) are what the point lies on and are never hit. ``forgive`` is the
-    reference: where the facet turns its back to the light (the interpolated normal does not, or nobody would ask), its
+    ``triangle`` and ``sphere`` (or -1) are what the point lies on; the sphere is never hit, and the triangle's face not
+    if the ray ``leaves`` it exactly. ``forgive`` is the reference: where the facet turns its back to the light (the interpolated normal does not, or nobody would ask), its
     ray runs beneath the surface. Then hits on the same mesh are passed over where ``excused`` says so, and light into a
     ``hollow`` is held back; both count as forgiven. ``side`` is -1 where the point is seen from behind, ``slope`` its
     N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or as ``transparent`` has it
@@ -268,7 +269,9 @@ def transmittance(
     forgiven = False
     face, owner, depth = -1, -1, zero
     if triangle >= 0:
-        face, owner, depth = flat.face[triangle], flat.object[triangle], flat.sagitta[triangle]
+        owner, depth = flat.object[triangle], flat.sagitta[triangle]
+        if leaves:
+            face = flat.face[triangle]
         forgive = forgive and depth >= 0 and rises(flat, triangle, dx, dy, dz) * side <= 0
         if forgive and hollow(flat, triangle, dx, dy, dz, side):
             return zero, True
