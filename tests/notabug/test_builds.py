@@ -56,7 +56,10 @@ def test_github_gets_one_command_a_line(ran: Any, tmp_path: Path, monkeypatch: p
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(summary))
     assert ran("report", str(ran.out), "--to", "github") == 0
     lines = ran.stdout.splitlines()
-    assert [line.partition(" ")[0] for line in lines if "sphere" in line or "bowl" in line] == ["::error", "::error"]
+    assert [line.partition(" ")[0] for line in lines if "=terminator" in line or "/terminator" in line] == [
+        "::error",
+        "::error",
+    ]
     assert all(line.startswith(("::error file=", "::warning file=")) for line in lines)
     assert "file=scenes_usd/terminator/sphere.usda" in ran.stdout
     assert "%25" in ran.stdout

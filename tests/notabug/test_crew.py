@@ -1,0 +1,191 @@
+"""Crews: processes that die, and a Dask cluster whose worker is killed; nothing is lost, nothing comes twice."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+import pytest
+
+from notabug.adapters.export.formats import write_pfm
+from notabug.crew import Alone, Processes, cores_here, crew
+from notabug.references.predict import predict
+from notabug.scenes_usd.errors import NotabugError, SelectionError
+from notabug.scenes_usd.reader import find, read_scene
+
+PROGRAM = Path(__file__).with_name("misbehaving.py")
+NAMES = tuple(f"scene{index}" for index in range(8))
+DIE = "__import__('os').kill(__import__('os').getpid(), 9)"
+
+
+def done(at_once: int, jobs: list[str]) -> dict[int, Any]:
+    """What each of ``jobs``, expressions of Python, comes to; fails where one comes twice."""
+    with Processes(at_once, 1) as crew:
+        pairs = list(crew.each(eval, jobs))
+    assert len(pairs) == len(dict(pairs))
+    return dict(pairs)
+
+
+def test_a_job_that_ends_its_process_costs_no_other() -> None:
+    results = done(2, ["1 + 1", DIE, "3", "1 / 0", DIE, "6"])
+    assert [results[index] for index in (0, 2, 5)] == [2, 3, 6]
+    assert isinstance(results[3], ZeroDivisionError)
+    assert all("ended two processes" in str(results[index]) for index in (1, 4))
+    assert all(isinstance(results[index], NotabugError) for index in (1, 4))
+
+
+def test_a_process_that_is_killed_once_costs_nothing(tmp_path: Path) -> None:
+    mark = tmp_path / "mark"
+    once = f"'again' if __import__('os').path.exists({str(mark)!r}) else (open({str(mark)!r}, 'w').close(), {DIE})"
+    assert done(2, ["1", once, "3"]) == {0: 1, 1: "again", 2: 3}
+
+
+def test_processes_end_with_their_parent() -> None:
+    code = (
+        "from notabug.crew import Processes\n"
+        "if __name__ == '__main__':\n"
+        "    with Processes(2, 1) as crew:\n"
+        "        print('go', flush=True)\n"
+        "        list(crew.each(eval, [\"__import__('time').sleep(600)\"] * 2))\n"
+    )
+    parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert parent.stdout is not None
+    parent.stdout.readline()
+    children: list[psutil.Process] = []
+    for _ in range(3000):
+        children = [each for each in psutil.Process(parent.pid).children(recursive=True) if "spawn" in _line(each)]
+        if len([each for each in children if "spawn_main" in _line(each)]) == 2:
+            break
+        time.sleep(0.02)
+    time.sleep(1.0)  # for them to begin
+    parent.kill()
+    parent.communicate()
+    gone, alive = psutil.wait_procs(children, timeout=60)
+    assert alive == []
+    assert len(gone) >= 2
+
+
+def _line(process: psutil.Process) -> str:
+    try:
+        return " ".join(process.cmdline())
+    except psutil.Error:
+        return ""
+
+
+def test_what_is_worth_a_process() -> None:
+    few, threads = crew("", 0, 3)
+    assert isinstance(few, Alone)
+    assert threads == 0  # a lone job has all cores
+    many, threads = crew("", 0, 1000)
+    assert many.at_once == cores_here() or cores_here() == 1
+    assert many.at_once * max(1, threads) <= max(cores_here(), 1)
+    with pytest.raises(SelectionError, match="dask://host:port"):
+        crew("ftp://x", 0, 1)
+
+
+@pytest.fixture
+def here(tmp_path: Path) -> Path:
+    """Eight small scenes and a renderer that takes .4 seconds for each and notes each call."""
+    pictures = tmp_path / "pictures"
+    pictures.mkdir()
+    text = find("calibration/plain_card").read_text(encoding="utf-8").replace("(256, 256)", "(32, 32)")
+    for name in NAMES:
+        (tmp_path / f"{name}.usda").write_text(text, encoding="utf-8")
+    small = predict(read_scene(tmp_path / "scene0.usda")).point.astype(np.float64)
+    for name in NAMES:
+        write_pfm(pictures / f"{name}.pfm", small)
+    write_pfm(
+        pictures / "calibration-plain_card.pfm",
+        predict(read_scene("calibration/plain_card")).point.astype(np.float64),
+    )
+    (tmp_path / "notabug.toml").write_text(
+        f"""
+        [renderers.slow]
+        command = ["{sys.executable}", "-S", "-E", "{PROGRAM}", "{{scene}}", "{{image}}", "{{folder}}/pictures"]
+        image = "pfm"
+        filter = "point"
+        capabilities = ["mesh", "distant_light", "shadows"]
+        environment = {{ PAUSE = "0.4" }}
+        """
+    )
+    return tmp_path
+
+
+def calls(here: Path) -> Counter[str]:
+    log = here / "pictures" / "calls.txt"
+    return Counter(log.read_text().split() if log.is_file() else [])
+
+
+def run(here: Path, *words: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "notabug.cli", "run", "-r", "slow", *(f"{name}.usda" for name in NAMES), *words]
+    return subprocess.Popen(command, cwd=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def results(here: Path) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = json.loads((here / "notabug-out" / "run.json").read_text())["results"]
+    return found
+
+
+def test_processes_give_what_one_gives(here: Path) -> None:
+    started = run(here, "--jobs", "2")
+    _, log = started.communicate()
+    assert started.returncode == 0, log
+    assert [each["scene"] for each in results(here)] == list(NAMES)
+    assert {each["verdict"] for each in results(here)} == {"pass"}
+    assert calls(here) == Counter({**dict.fromkeys(NAMES, 1), "calibration-plain_card": 1})
+    jobs = json.loads((here / "notabug-out" / "run.json").read_text())["jobs"]
+    assert (jobs["executor"], jobs["at_once"]) == ("processes", 2)
+
+
+CLUSTER = """
+import os, sys
+from distributed import Client, LocalCluster
+if __name__ == "__main__":
+    with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as cluster:
+        with Client(cluster) as client:
+            print(cluster.scheduler_address, *client.run(os.getpid).values(), flush=True)
+            sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[tuple[str, list[int]]]:
+    """A Dask cluster of two local workers: its address and the workers' process ids."""
+    pytest.importorskip("distributed")
+    command = [sys.executable, "-c", CLUSTER]
+    process = subprocess.Popen(
+        command, cwd=tmp_path, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
+    assert process.stdout is not None
+    address, *workers = process.stdout.readline().split()
+    yield address.removeprefix("tcp://"), [int(each) for each in workers]
+    process.communicate("")
+
+
+def test_a_cluster_that_loses_a_worker_loses_no_job(here: Path, cluster: tuple[str, list[int]]) -> None:
+    address, workers = cluster
+    assert len(workers) == 2
+    started = run(here, "--executor", f"dask://{address}")
+    for _ in range(6000):
+        if calls(here).total() >= 4 or started.poll() is not None:
+            break
+        time.sleep(0.02)
+    assert started.poll() is None, started.communicate()
+    os.kill(workers[0], signal.SIGKILL)
+    _, log = started.communicate()
+    assert started.returncode == 0, log
+    assert [each["scene"] for each in results(here)] == list(NAMES)
+    assert {each["verdict"] for each in results(here)} == {"pass"}
+    drawn = calls(here)
+    assert set(drawn) == {*NAMES, "calibration-plain_card"}
+    assert drawn.total() <= len(NAMES) + 2  # at most the one job that the worker had in hand is drawn again
