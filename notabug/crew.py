@@ -20,6 +20,7 @@ from notabug.scenes_usd.errors import NotabugError, SelectionError
 
 Job = TypeVar("Job")
 Made = TypeVar("Made")
+GRACE = 5.0  # seconds in which a process that is told to end must have done so
 JOBS_PER_PROCESS = 4  # a process takes some seconds to start: with fewer jobs for it, it is not worth starting
 
 
@@ -112,7 +113,7 @@ class Processes:
             while waiting and len(running) < at_once:
                 index = waiting.popleft()
                 try:
-                    running[pool.submit(function, jobs[index])] = index
+                    running[pool.submit(_guarded, function, jobs[index])] = index
                 except BrokenProcessPool:
                     waiting.appendleft(index)
                     break
@@ -167,9 +168,20 @@ def _begin(threads: int) -> None:
 
 
 def _end(number: int, frame: FrameType | None) -> None:
-    """End by an exception, so that what guards a renderer ends it."""
+    """End by an exception, so that what guards a renderer ends it; and end, whoever catches it."""
     del frame
+    last = threading.Timer(GRACE, os._exit, (128 + number,))
+    last.daemon = True
+    last.start()
     sys.exit(128 + number)
+
+
+def _guarded(function: Callable[[Job], Made], job: Job) -> Made:
+    """``function(job)``; the pool's own loop would take an exit for a result and go on."""
+    try:
+        return function(job)
+    except SystemExit as stop:
+        os._exit(stop.code if isinstance(stop.code, int) else 1)
 
 
 def _outlive() -> None:
