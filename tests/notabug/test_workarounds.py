@@ -83,6 +83,11 @@ def test_its_caveat_shows(row: Callable[[Workaround], Row], workaround: Workarou
             assert limit.area > found.after.area, limit.as_dict()
 
 
+def test_a_simplified_mesh_is_never_the_whole_one(row: Callable[[Workaround], Row]) -> None:
+    """The caveat of simplification with regard to uv, which the setting with the workaround shows itself."""
+    assert row(next(each for each in EVERY if each.name == "uv_aware_simplification")).after.area > 0
+
+
 def test_finer_facets_cost_what_they_gain_squared(row: Callable[[Workaround], Row]) -> None:
     """The caveat of tessellation: 36 times the facets, a sixth of the area (within the scatter of the outline)."""
     found = row(next(each for each in EVERY if each.name == "finer_tessellation"))
