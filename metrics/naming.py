@@ -58,8 +58,8 @@ def name_bug(
     for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
         helpful = []
         for fault in open_faults:
-            left = fit(measured, models, predict, (fault,))
-            tried.append(Name(fault.name, fault.claim, left.significance.excess / length, left.freedom))
+            fitted = fit(measured, models, predict, (fault,))
+            tried.append(Name(fault.name, fault.claim, fitted.significance.excess / length, fitted.freedom))
             if tried[-1].remains < HELPS:
                 helpful.append(fault)
         if min((each.remains for each in tried), default=1.0) < NOTHING:
