@@ -7,7 +7,7 @@ their support, the segment from there to their own picture: V = B - R, alpha = c
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 
@@ -54,7 +54,6 @@ class Explanation:
     significance: Significance
     nuisance: Nuisance  # fitted only where nothing else is wrong
     before: Floats  # (h, w) z of the picture against the reference alone
-    supports: dict[str, Bools] = field(default_factory=dict)  # (h, w) where each ``partial`` or ``set`` may act
 
     @property
     def triggers(self) -> tuple[str, ...]:
@@ -87,25 +86,23 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
         alphas[each.name] = acts.astype(np.float64)
     freedom = 0.0
     excluded = np.zeros(measured.mean.shape[:2], np.bool_)
-    supports: dict[str, Bools] = {}
     for each in applied:
         if each.rule != "choice":
             values = [predict((*chosen, value)) for value in each.values()]
-            explained = {"set": _mixture, "partial": _segment, "any": _anything}[each.rule]
+            explained: Callable[..., Explained] = _RULES[each.rule]
             if each.kind == "limitation" and each.rule == "set":
                 explained = partial(_mixed, explained)
             if each.grain:
                 explained = partial(_grained, explained)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
-            supports[each.name] = within
             excluded |= within
             freedom += length
     r = residual(measured.mean, target)
     found = significance(r, measured, target)
     nearest = np.where(found.pixels[..., None], np.clip(measured.mean, target.lo, target.hi), measured.mean)
     global_fit = Nuisance() if found.triggers else nuisance(measured, target, excluded)
-    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z, supports)
+    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z)
 
 
 def support(bare: Admissible, other: Admissible) -> Bools:
@@ -215,6 +212,9 @@ def _grained(
     if alike > MOST_ALIKE * power:
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     return found
+
+
+_RULES: dict[str, Callable[..., Explained]] = {"set": _mixture, "partial": _segment, "any": _anything}
 
 
 def habits(models: Sequence[Model]) -> tuple[Model, ...]:
