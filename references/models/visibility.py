@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from notabug.references.models.model import Model
-from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.triangulate import triangulate
 
 _PAPER = "Woo, Pearce and Ouellette 1996, figure 9"
 
@@ -16,8 +19,8 @@ BITS = {"fixed16": 16, "fixed24": 24}
 
 
 def models(scene: Scene) -> Iterator[Model]:
-    """Models of a scene with more than one object."""
-    if len(scene.objects) < 2:
+    """Models of a scene with more than one object, or with a mesh that is folded over itself."""
+    if len(scene.objects) < 2 and not any(_folded(each) for each in scene.meshes):
         return
     for precision, resolution in FLOAT.items():
         yield _fight("precision", precision, {"resolution": resolution})
@@ -31,6 +34,15 @@ def models(scene: Scene) -> Iterator[Model]:
     step = 4.0 * (1.0 / near - 1.0 / far) / 2.0**24
     yield _fight("depth", "float32", {"resolution": FLOAT["float32"], "near_resolution": step})
     yield _fight("depth", "reversed32", {"resolution": 2 * FLOAT["float32"]})
+
+
+def _folded(mesh: Mesh) -> bool:
+    """Whether a face is turned against the normals of its corners, so that it lies over or under others."""
+    if mesh.normals is None:
+        return False
+    cut = triangulate(mesh)
+    facet = np.cross(cut.points[:, 1] - cut.points[:, 0], cut.points[:, 2] - cut.points[:, 0])
+    return bool((np.einsum("tkx,tx->tk", mesh.normals[cut.corner], facet) < 0).all(axis=1).any())
 
 
 def _fight(field: str, value: str, resolution: dict[str, float]) -> Model:

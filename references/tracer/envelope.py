@@ -152,8 +152,8 @@ def _pass(
     """Render ``pixels`` with all threads; every pixel is computed alike whatever their number."""
     threads = threads or os.cpu_count() or 1
     option, number = options.encoded(), options.numbers()
-    if len(scene.objects) < 2:
-        option[kernels.TIE] = 0  # nothing can coincide
+    if len(scene.objects) < 2 and options.ties == "first":
+        option[kernels.TIE] = 0  # there is no other object to be first
 
     def work(part: npt.NDArray[np.int64]) -> None:
         kernels.render_pixels(

@@ -111,7 +111,7 @@ def radiance(
             # of coincident surfaces the first of the scene wins; within the renderer's resolution another one may
             found = spheres.object[ball] if ball >= 0 and spheres is not None else flat.object[i]
             triangle, sphere, along, a0, a1, a2, winner = rival(
-                flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, False, stack
+                flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, -1, False, stack
             )
             if winner >= 0 and winner != found:
                 i, ball, t, b0, b1, b2, found = triangle, sphere, along, a0, a1, a2, winner
@@ -120,8 +120,9 @@ def radiance(
                 extent += type(dx)(number[RESOLUTION]) * (t + flat.radius + abs(ox) + abs(oy) + abs(oz))
                 extent += type(dx)(number[NEAR_RESOLUTION]) * axial * t
                 triangle, sphere, along, a0, a1, a2, winner = rival(
-                    flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, True, stack
-                )
+                    flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found,
+                    flat.face[i] if i >= 0 else -1, True, stack,
+                )  # fmt: skip
                 if winner >= 0:
                     if option[TIE] == 2:
                         i, ball, t, b0, b1, b2 = triangle, sphere, along, a0, a1, a2
