@@ -16,7 +16,6 @@ from notabug.adapters.requirements import check_supported
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Scene
 
-
 PLAIN = ("facet_self_shadow", "facet_self_reflection", "facet_self_refraction")
 
 

@@ -63,6 +63,17 @@ def models(scene: Scene) -> Iterator[Model]:
         cites="USD: st (0, 0) is the bottom left corner of the picture",
         edit=_uv(lambda uv, _: uv * np.array([1.0, -1.0]) + np.array([0.0, 1.0])),
     )
+    for name, encoded, claim in (
+        ("srgb_twice", False, "textures are decoded from sRGB once too often"),
+        ("srgb_not_decoded", True, "textures in sRGB are taken for linear"),
+    ):
+        yield Model(
+            name=name,
+            kind="fault",
+            claim=claim,
+            cites="IEC 61966-2-1",
+            edit=_recoded(encoded),
+        )
     yield Model(
         name="shifted_uv",
         kind="fault",
@@ -110,6 +121,19 @@ def _uv(change: Callable[[Floats, int], Floats]) -> Edit:
         return edit_meshes(scene, one)
 
     return edit
+
+
+def _recoded(encoded: bool) -> Edit:
+    """An edit of the colours of every texture: encoded for sRGB once, or decoded once more."""
+
+    def curve(x: Floats) -> Floats:
+        if encoded:
+            return np.asarray(np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1 / 2.4) - 0.055))
+        return np.asarray(np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.0) + 0.055) / 1.055) ** 2.4))
+
+    return lambda scene: replace(
+        scene, textures=tuple(replace(each, pixels=np.ascontiguousarray(curve(each.pixels))) for each in scene.textures)
+    )
 
 
 def _diagonal_of(scene: Scene, intent: Mesh) -> Diagonal | None:

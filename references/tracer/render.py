@@ -275,8 +275,11 @@ def radiance(
             nv = nx * vx + ny * vy + nz * vz
             two = type(dx)(2)
             mx, my, mz = two * nv * nx - vx, two * nv * ny - vy, two * nv * nz - vz
-            if option[RETRO]:
+            if option[RETRO] == 1:
                 mx, my, mz = vx, vy, vz
+            elif option[RETRO] == 2 and nx * nx + nz * nz > 0:
+                swing = two * (mx * nz - mz * nx) / (nx * nx + nz * nz)  # along y x N
+                mx, mz = mx - swing * nz, mz + swing * nx
             mr, mg, mb = c[1], c[2], c[3]
             if depth < BOUNCES and (c[4] > 0 or c[5] > 0 or c[6] > 0):
                 enters = inside != owner if option[COUNTED] else side > 0

@@ -22,8 +22,9 @@ LIGHT = {"light_gain", "no_shadow", "acne"}
 SEVERAL = {"coincident_surfaces"}  # objects
 NORMALS = {
     "facet_self_shadow", "silhouette_flip", "silhouette_black", "flat_normals", "normals_not_normalised",
+    "gouraud_interpolation", "flat_interpolation",
 }  # fmt: skip
-UV = {"affine_uv", "swapped_uv", "flipped_v", "shifted_uv"}
+UV = {"affine_uv", "swapped_uv", "flipped_v", "shifted_uv", "srgb_twice", "srgb_not_decoded"}
 
 
 def names(scene: Scene) -> set[str]:
