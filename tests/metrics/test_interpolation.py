@@ -1,4 +1,4 @@
-"""Interpolation and lobes that a renderer declares are limitations, and bugs where it does not: on a real OpenGL too."""
+"""Interpolation and lobes are limitations where a renderer declares them, and bugs where not: on a real OpenGL too."""
 
 from __future__ import annotations
 
