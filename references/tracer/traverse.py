@@ -257,14 +257,13 @@ def transmittance(
 ):
     """The share of light that reaches (ox, oy, oz) along a unit direction, and whether facets of its own were forgiven.
 
-    ``triangle``, with its face, and ``sphere`` (or -1) are what the point lies on and are never hit. ``forgive`` 1 is
-    the reference: where the facet turns its back to the light (the interpolated normal does not, or nobody would ask),
-    its ray runs beneath the surface. Then hits on the same mesh are passed over where ``excused`` says so, and light into a
-    ``hollow`` is held back; both count as forgiven. At a corner, where facets disagree, ``forgive`` 2 asks ``excused``
-    whichever way this one
-    faces. ``side`` is -1 where the point is seen from behind, ``slope`` its
-    N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or as ``transparent`` has it
-    (see ``let_through``).
+    ``triangle``, with its face, and ``sphere`` (or -1) are what the point lies on and are never hit. ``forgive`` 1
+    is the reference: where the facet turns its back to the light (the interpolated normal does not, or nobody would
+    ask), its ray runs beneath the surface. Then hits on the same mesh are passed over where ``excused`` says so,
+    and light into a ``hollow`` is held back; both count as forgiven. At a corner, where facets disagree,
+    ``forgive`` 2 asks ``excused`` whichever way this one faces. ``side`` is -1 where the point is seen from behind,
+    ``slope`` its N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or as ``transparent`` has
+    it (see ``let_through``).
     """
     one, zero = type(dx)(1), type(dx)(0)
     light = one
