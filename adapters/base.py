@@ -57,7 +57,8 @@ class Declaration:
     lobe : the lobe of highlights: as the scene's material has it, or always the one named, at the same exponent or at
         the matching one (Phong's n is close to Blinn's 4n).
     normalised : highlights are multiplied by nothing (``no``), (n + 2)/2 or (n + 8)/8.
-    interpolation : over smooth meshes normals are interpolated (``phong``), colours (``gouraud``) or nothing (``flat``).
+    interpolation : what is interpolated over smooth meshes: normals (``phong``), colours (``gouraud``) or nothing
+        (``flat``).
     highlight : highlights are cut off and weighted as the material has it, always times N.L, or not cut off.
     """
 
