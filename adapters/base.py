@@ -55,13 +55,14 @@ class Declaration:
         transmission (``attenuate``), or all of its light (``none``); it is never refracted.
     total_reflection : the weight of the mirror ray where glass reflects totally: mirror + transmission
         (``transmission``), or 1 whatever they are (``whole``).
-    glass_side : whether a ray enters glass or leaves it is taken from the side of the facet that it meets (``facet``) or
-        counted along the ray.
+    glass_side : whether a ray enters glass or leaves it is taken from the side of the facet that it meets
+        (``facet``) or counted along the ray.
     texture_filter : how a texture is read between its texels.
     lobe : the lobe of highlights: as the scene's material has it, or always the one named, at the same exponent or at
         the matching one (Phong's n is close to Blinn's 4n).
     normalised : highlights are multiplied by nothing (``no``), (n + 2)/2 or (n + 8)/8.
-    interpolation : over a smooth mesh normals are interpolated (``phong``), colours (``gouraud``), or nothing (``flat``).
+    interpolation : what is interpolated over smooth meshes: normals (``phong``), colours (``gouraud``) or nothing
+        (``flat``).
     highlight : highlights are cut off and weighted as the material has it, always times N.L, or not cut off.
     """
 

@@ -61,6 +61,7 @@ class ZBuffer:
             ngon_split="02",
             silhouette="keep",
             depth=self.depth,
+            interpolation=self.normals,
         )
 
     def find(self) -> Found:

@@ -230,7 +230,7 @@ def candidates(models: Sequence[Model], together: tuple[Model, ...] = ()) -> Ite
 
     The models ``together`` count as one, which beside others is the likeliest.
     """
-    single = [(each,) for each in models]
+    single: list[tuple[Model, ...]] = [(each,) for each in models]
     block = [together] if len(together) > 1 else []
     for size in range(min(LARGEST_SET, len(models)) + 1):
         for some in combinations(single + block if size < 2 else block + single, size):

@@ -31,6 +31,7 @@ class Options:
     mirrored_highlight : a highlight seen in a mirror uses the view vector of the mirror ray, its ``own``, of the
         ``primary`` ray, or is ``lost``.
     retroreflection : a mirror ray goes back where it came from.
+    unreversed : left and right are exchanged in what a mirror shows, y being up.
     transparent_shadows : a surface with opacity ``attenuate``s a shadow ray by 1 - opacity and glass blocks it, both
         are ``opaque``, or glass lets all light through, ``free``, or its share of it, ``glass``.
     whole_reflection : total internal reflection sends on all of the light, whatever mirror and transmission are.
@@ -65,6 +66,7 @@ class Options:
     uncut: bool = False
     mirrored_highlight: Literal["own", "primary", "lost"] = "own"
     retroreflection: bool = False
+    unreversed: bool = False
     transparent_shadows: Literal["attenuate", "opaque", "free", "glass"] = "attenuate"
     ties: Literal["nearest", "first", "another", "unlit", "blend", "hole"] = "first"
     resolution: float = 0.0
@@ -95,7 +97,7 @@ class Options:
                 int(self.raw_vectors),
                 int(self.uncut),
                 ("own", "primary", "lost").index(self.mirrored_highlight),
-                int(self.retroreflection),
+                2 if self.unreversed else int(self.retroreflection),
                 ("attenuate", "opaque", "free", "glass").index(self.transparent_shadows),
                 ("nearest", "first", "another", "unlit", "blend", "hole").index(self.ties),
                 self.acne,
@@ -174,8 +176,8 @@ def _pass(
     """Render ``pixels`` with all threads; every pixel is computed alike whatever their number."""
     threads = threads or os.cpu_count() or 1
     option, number = options.encoded(), options.numbers()
-    if len(scene.objects) < 2:
-        option[kernels.TIE] = 0  # nothing can coincide
+    if len(scene.objects) < 2 and options.ties == "first":
+        option[kernels.TIE] = 0  # there is no other object to be first
 
     def work(part: npt.NDArray[np.int64]) -> None:
         kernels.render_pixels(

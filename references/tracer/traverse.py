@@ -90,10 +90,11 @@ def closest(bounds, child, count, points, face, ox, oy, oz, dx, dy, dz, tmin, tm
 
 
 @kernel
-def rival(flat, spheres, ox, oy, oz, dx, dy, dz, tmin, tmax, winner, other, stack):
+def rival(flat, spheres, ox, oy, oz, dx, dy, dz, tmin, tmax, winner, face, other, stack):
     """Among the surfaces met between tmin and tmax, the first in scene order, or the first that is not ``winner``.
 
-    ``winner`` is the object that was hit; ``other`` asks for one that is not it. Gives (triangle, sphere, t, b0, b1,
+    ``winner`` is the object that was hit, ``face`` its face there; ``other`` asks for another one: also for another
+    face of a mesh that is folded. Gives (triangle, sphere, t, b0, b1,
     b2, object), object -1 where there is none. Of one object's triangles the nearest counts.
     """
     one, zero = type(dx)(1), type(dx)(0)
@@ -119,7 +120,7 @@ def rival(flat, spheres, ox, oy, oz, dx, dy, dz, tmin, tmax, winner, other, stac
                 continue
             for i in range(first, first + n):
                 mine = flat.object[i]
-                if (other and mine == winner) or (owner >= 0 and mine > owner):
+                if (other and flat.face[i] == face) or (owner >= 0 and mine > owner):
                     continue
                 t, b0, b1, b2 = ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, flat.points, i)
                 if t >= tmin and t <= tmax and (mine < owner or owner < 0 or t < best):
@@ -260,11 +261,11 @@ def transmittance(
 
     ``triangle`` and ``sphere`` (or -1) are what the point lies on; the sphere is never hit, nor is the triangle's face
     if the ray ``leaves`` it exactly. ``forgive`` 1 is the reference: where the facet turns its back to the light (the
-    interpolated normal does not, or nobody would ask), its ray runs beneath the surface. Then hits on the same mesh are
-    passed over where ``excused`` says so, and light into a ``hollow`` is held back; both count as forgiven. At a corner,
-    where facets disagree, ``forgive`` 2 asks ``excused`` whichever way this one faces. ``side`` is -1 where the point is
-    seen from behind, ``slope`` its N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or as
-    ``transparent`` has it (see ``let_through``). ``culled`` is the fault of passing through faces that the ray meets
+    interpolated normal does not, or nobody would ask), its ray runs beneath the surface. Then hits on the same mesh
+    are passed over where ``excused`` says so, and light into a ``hollow`` is held back; both count as forgiven. At a
+    corner, where facets disagree, ``forgive`` 2 asks ``excused`` whichever way this one faces. ``side`` is -1 where the
+    point is seen from behind, ``slope`` its N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or
+    as ``transparent`` has it (see ``let_through``). ``culled`` is the fault of passing through faces that the ray meets
     from behind.
     """
     one, zero = type(dx)(1), type(dx)(0)
