@@ -14,7 +14,8 @@ from notabug.metrics.noise import Measured
 
 Bools = npt.NDArray[np.bool_]
 
-GAIN = 0.004  # a gain within this of 1, plus three standard errors, is none
+GAIN = 0.004  # a gain within this of 1, plus some standard errors, is none
+ERRORS = 4.0  # standard errors: at three 1 in 400 gains of nothing but noise is one
 SHIFT = 0.2  # pixels; aliased edges fake up to 0.13
 _MIN_PIXELS = 64
 _ENOUGH = 20_000  # values that fix a gain far better than its tolerance
@@ -33,7 +34,7 @@ class Nuisance:
     def severity(self) -> tuple[float, float]:
         """Gain and shift over what is allowed."""
         return (
-            abs(self.gain - 1.0) / (GAIN + 3.0 * self.gain_error),
+            abs(self.gain - 1.0) / (GAIN + ERRORS * self.gain_error),
             max(abs(each) for each in self.shift) / (SHIFT + 3.0 * self.shift_error),
         )
 
@@ -61,7 +62,9 @@ def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, flo
     # where the tolerance is wide, by fine texture say, a wider filter looks like a gain: x regresses towards its mean
     slack = to.tau / np.maximum(to.value, 1e-30)
     sound = slack <= 2.0 * np.median(slack[smooth]) if smooth.any() else smooth[..., None]
-    bright = np.flatnonzero(sound & smooth[..., None] & (to.value > 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)))
+    bright = np.flatnonzero(
+        sound & smooth[..., None] & (to.value > 0.02 * max(float(to.value.max(initial=0.0)), 1e-30))
+    )
     if bright.size < _MIN_PIXELS:
         return 1.0, 0.0
     bright = bright[:: max(1, bright.size // _ENOUGH)]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.bench.verdict.catalogue import FAULTS, staged
@@ -26,6 +27,7 @@ from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.float64]
 
+SAMPLING = 0.1  # of the range of nearby pixels: what other places of the same number of samples change
 SHARE = 0.0025  # of the pixels must be off by more than twice the tolerance, or the picture does not show its fault
 CERTAIN = 900.0  # and who knew the fault would find it in the noise at thirty standard errors, squared
 LOOKS = (2, 3, 4, 6, 8, 12, 16)  # seeds at which the sequential test looks
@@ -144,7 +146,8 @@ def shows(picture: Floats, reference: Floats, noise: Floats) -> bool:
     """
     off = np.abs(picture - reference)
     tau = RELATIVE * np.abs(reference) + ABSOLUTE * float(reference.max())
-    share = float((off > 2.0 * tau).any(axis=2).mean())
+    around = ndimage.maximum_filter(reference, (3, 3, 1)) - ndimage.minimum_filter(reference, (3, 3, 1))
+    share = float((off > 2.0 * tau + SAMPLING * around).any(axis=2).mean())
     whole = float(off.sum() / max(float(reference.sum()), 1e-30))
     if share < SHARE and whole < 2.0 * RELATIVE:
         return False
