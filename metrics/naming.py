@@ -114,7 +114,8 @@ def _names(
             tried.append(fitted)
             left = fitted.significance
             remains = left.excess / length if not faint else float(bool(fitted.triggers))
-            yield Name(fault.name, fault.claim, remains, misfit(fitted.target), fitted)
+            freedom = 0.0 if fault.rule == "choice" else CHOICE
+            yield Name(fault.name, fault.claim, remains, misfit(fitted.target) + freedom, fitted)
             hopeless = hopeless or remains > HOPE
             if left.excess == 0:
                 break
@@ -154,7 +155,9 @@ def likely(
     ranked = []
     for index, fault in enumerate(faults):
         change = preview((fault,)) - sharp
-        score = max(compared(each, change, fault.local, step) for each in changes for step in STEPS)
+        score = max(
+            compared(each, change, fault.local or fault.rule != "choice", step) for each in changes for step in STEPS
+        )
         if score > ALIKE:
             ranked.append((-score, index, fault, change))
     for _, _, fault, change in sorted(ranked, key=lambda each: each[:2])[:LIKELY]:

@@ -17,9 +17,11 @@ import numpy.typing as npt
 from notabug.references.models.model import Model
 from notabug.references.tracer.envelope import Envelope, Options, trace_envelope, trace_picture
 from notabug.references.tracer.jit import cache_root, source_hash
+from notabug.scenes_usd import triangulate
 from notabug.scenes_usd.scene import Scene
 
-SOURCE_HASH = source_hash(Path(__file__).parent)
+# What an envelope is computed by: the tracer, and the cutting of polygons into triangles.
+SOURCE_HASH = source_hash(Path(__file__).parent / "tracer") + source_hash(Path(triangulate.__file__).parent)
 CACHE_BYTES = 2 << 30  # the oldest files of a kind go when the cache has grown beyond this
 SWEEPS = ("00", "40", "80", "c0")  # beginnings of the names, one in 64, after which it is looked at
 
@@ -36,8 +38,8 @@ def configured(scene: Scene, models: Iterable[Model]) -> tuple[Scene, Options]:
 def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) -> Envelope:
     """The envelope of ``scene`` under ``models`` (none: the reference), from the cache where it is there.
 
-    The cache's key is the configured scene's contents, the switches, the source of everything below ``references`` and
-    the versions of numba and numpy; its values are float32 (relative error 6e-8, far below any tolerance).
+    The cache's key is the configured scene's contents, the switches, the sources that compute it and the versions of
+    numba and numpy; its values are float32 (relative error 6e-8, far below any tolerance).
     """
     configured_scene, options = configured(scene, models)
     path = _path(configured_scene, options, "envelopes")
