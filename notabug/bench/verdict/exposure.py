@@ -68,6 +68,7 @@ def expose(group: Group) -> list[dict[str, Any]]:
                     "right": sorted(fault.right) if fault else [group.name],
                     "named": want,
                     **said(verdict),
+                    "twin": want and _twin(group, scene, verdict),
                     "seconds": seconds,
                     "samples": (condition.samples or 1) * condition.seeds * scene.width * scene.height,
                     "gates": {gate.name: gate.score(Pair(mean, reference, np.maximum(noise, 0.0))) for gate in gates()}
@@ -154,6 +155,24 @@ def shows(picture: Floats, reference: Floats, noise: Floats) -> bool:
     if not noise.any():
         return True
     return float((np.maximum(off - tau, 0.0) ** 2 / np.maximum(noise, 1e-30))[noise > 0].sum()) > CERTAIN
+
+
+def _twin(group: Group, scene: Scene, verdict: Verdict) -> bool:
+    """Whether the fault that the verdict names, where it is another one, gives the very picture of the drawn one."""
+    named = next((each.name for each in verdict.findings if each.kind == "bug"), "")
+    fault = fault_of(group)
+    if not fault or not named or named in fault.right or named == "unexplained":
+        return False
+    clean = trace_picture(*configured(scene, ()), threads=1)
+    model = fault.model(scene, group.strength, group.draw("which"))
+    drawn = clean if model is None else trace_picture(*configured(scene, (model,)), threads=1)
+    drawn = fault.film(drawn, group.strength) if fault.film else drawn
+    others = [each.film(clean, group.strength) for each in FAULTS if each.name == named and each.film]
+    for each in models(scene):
+        if each.kind == "fault" and each.name == named:
+            other = each.at(group.strength) if each.at else each
+            others.append(trace_picture(*configured(scene, (other,)), threads=1))
+    return any(bool(np.allclose(each, drawn, rtol=1e-9, atol=1e-12)) for each in others)
 
 
 def _sequential(group: Group, scene: Scene, sub: Floats, declared: dict[str, Any]) -> dict[str, Any] | None:
