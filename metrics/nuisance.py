@@ -23,18 +23,23 @@ _ENOUGH = 20_000  # values that fix a gain far better than its tolerance
 
 @dataclass(frozen=True, slots=True)
 class Nuisance:
-    """The gain and its standard error; the shift in pixels (x right, y down) and its standard error."""
+    """The gain and its standard error; the shift in pixels (x right, y down) and its standard error.
+
+    ``channels`` are the gains of red, green and blue alone, each with its error.
+    """
 
     gain: float = 1.0
     gain_error: float = 0.0
     shift: tuple[float, float] = (0.0, 0.0)
     shift_error: float = 0.0
+    channels: tuple[tuple[float, float], ...] = ()
 
     @property
     def severity(self) -> tuple[float, float]:
         """Gain and shift over what is allowed."""
+        gains = ((self.gain, self.gain_error), *self.channels)
         return (
-            abs(self.gain - 1.0) / (GAIN + ERRORS * self.gain_error),
+            max(abs(gain - 1.0) / (GAIN + ERRORS * error) for gain, error in gains),
             max(abs(each) for each in self.shift) / (SHIFT + 3.0 * self.shift_error),
         )
 
@@ -53,18 +58,18 @@ def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
     ``excluded`` (h, w) are pixels that a limitation may change. A fit is believed only where it describes most of the
     picture: an artifact in a corner is no gain.
     """
-    gain, gain_error = _gain(measured, to, ~to.edge & ~excluded)
+    smooth = ~to.edge & ~excluded
+    gain, gain_error = _gain(measured, to, np.repeat(smooth[..., None], 3, axis=2))
+    channels = tuple(_gain(measured, to, smooth[..., None] & (np.arange(3) == k)) for k in range(3))
     shift, shift_error = _shift(measured, to, gain, excluded)
-    return Nuisance(gain, gain_error, shift, shift_error)
+    return Nuisance(gain, gain_error, shift, shift_error, channels)
 
 
 def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, float]:
     # where the tolerance is wide, by fine texture say, a wider filter looks like a gain: x regresses towards its mean
     slack = to.tau / np.maximum(to.value, 1e-30)
-    sound = slack <= 2.0 * np.median(slack[smooth]) if smooth.any() else smooth[..., None]
-    bright = np.flatnonzero(
-        sound & smooth[..., None] & (to.value > 0.02 * max(float(to.value.max(initial=0.0)), 1e-30))
-    )
+    sound = slack <= 2.0 * np.median(slack[smooth]) if smooth.any() else smooth
+    bright = np.flatnonzero(sound & smooth & (to.value > 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)))
     if bright.size < _MIN_PIXELS:
         return 1.0, 0.0
     bright = bright[:: max(1, bright.size // _ENOUGH)]
