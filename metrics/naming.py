@@ -192,11 +192,24 @@ def changed_by(measured: Measured, reference: Admissible) -> Floats:
 
 
 def _size(change: Floats, own: Floats, scale: Floats, step: int = 1) -> float | None:
-    """The factor by which ``own`` fits ``change`` best, by least squares in which large changes weigh less."""
+    """The factor by which ``own`` fits ``change`` best, by Huber's regression in which large changes weigh less.
+
+    What a limitation changes in a corner of the picture has no say in it.
+    """
     weight = 1.0 / np.maximum(scale, np.abs(change) / CLIP)
     a, b = coarse(change * weight, step), coarse(own * weight, step)
-    square = float((b * b).sum())
-    return float((a * b).sum()) / square if square > 0 else None
+    acts = b != 0
+    a, b = a[acts], b[acts]
+    if not b.size:
+        return None
+    trust, factor = np.ones_like(b), 1.0
+    for _ in range(4):
+        factor = float((trust * a * b).sum() / (trust * b * b).sum())
+        off = np.abs(a - factor * b)
+        trust = np.minimum(1.0, 1.345 * 1.4826 * float(np.median(off)) / np.maximum(off, 1e-12))
+        if not trust.any():  # most of it fits to the last bit
+            break
+    return factor
 
 
 def _refined(fault: Model, change: Floats, predict: Predict, scale: Floats) -> Model:
