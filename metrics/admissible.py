@@ -45,7 +45,7 @@ class Admissible:
 def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = RELATIVE) -> Admissible:
     """What ``envelope`` admits for pictures of a renderer that declares its pixel filter and its output's precision."""
     point = declaration.filter == "point"
-    value = envelope.point if point else envelope.mean
+    value: Floats = envelope.point if point else envelope.mean
     reach = math.ceil(declaration.radius)
     edge = edges(envelope, reach)
     lo: Floats = envelope.lo

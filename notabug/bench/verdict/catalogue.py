@@ -103,8 +103,9 @@ def _wrong_pixels(picture: Floats, count: float) -> Floats:
 def _dead_tile(picture: Floats, size: float) -> Floats:
     """A black square of ``size`` pixels at the brightest place."""
     result, n = picture.copy(), int(size)
-    y, x = np.unravel_index(int(picture.sum(axis=2).argmax()), picture.shape[:2])
-    y, x = min(int(y), picture.shape[0] - n), min(int(x), picture.shape[1] - n)
+    brightest = int(picture.sum(axis=2).argmax())
+    y = min(brightest // picture.shape[1], picture.shape[0] - n)
+    x = min(brightest % picture.shape[1], picture.shape[1] - n)
     result[y : y + n, x : x + n] = 0.0
     return result
 
