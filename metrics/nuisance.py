@@ -25,7 +25,8 @@ _ENOUGH = 20_000  # values that fix a gain far better than its tolerance
 class Nuisance:
     """The gain and its standard error; the shift in pixels (x right, y down) and its standard error.
 
-    ``channels`` are the gains of red, green and blue alone, each with its error.
+    ``channels`` are the gains of red, green and blue alone, each with its error. Errors hold a quarter of what rounding
+    can do to a flat picture: it rounds all of its pixels alike.
     """
 
     gain: float = 1.0
@@ -87,6 +88,7 @@ def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, flo
             return gain, 0.0
         gain = float((weight * ratio).sum() / total)
     error = float(np.sqrt(((weight * scale) ** 2).sum()) / total) * np.sqrt(measured.kappa)
+    error += float(to.tau.min()) / float(np.median(x)) / ERRORS
     agree = np.abs(ratio - gain) < 0.5 * max(abs(gain - 1.0), GAIN) + 3.0 * noise
     if float(agree.mean()) < 0.5:  # not one gain: something else
         return 1.0, error

@@ -149,7 +149,7 @@ def shows(picture: Floats, reference: Floats, noise: Floats) -> bool:
     tau = RELATIVE * np.abs(reference) + ABSOLUTE * float(reference.max())
     around = ndimage.maximum_filter(reference, (3, 3, 1)) - ndimage.minimum_filter(reference, (3, 3, 1))
     share = float((off > 2.0 * tau + SAMPLING * around).any(axis=2).mean())
-    whole = float(off.sum() / max(float(reference.sum()), 1e-30))
+    whole = float(np.maximum(off - SAMPLING * around, 0.0).sum() / max(float(reference.sum()), 1e-30))
     if share < SHARE and whole < 2.0 * RELATIVE:
         return False
     if not noise.any():
