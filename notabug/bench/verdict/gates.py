@@ -129,7 +129,7 @@ def _yiq(pair: Pair) -> Floats:
 def _khronos(pair: Pair) -> float:
     """Root mean square of the YIQ distance in decibels; -22 dB is the limit."""
     rms = math.sqrt(float(_yiq(pair).mean()) / _YIQ_LARGEST)
-    return 10.0 ** ((20.0 * math.log10(max(rms, 1e-12)) + 22.0) / 20.0)
+    return float(10.0 ** ((20.0 * math.log10(max(rms, 1e-12)) + 22.0) / 20.0))
 
 
 def _mitsuba(pair: Pair) -> float:
