@@ -124,7 +124,9 @@ def _open(path: Path) -> Any:
     upright.attribute("pnm:pfmflip", 1)  # a PFM's first row is the lowest; 3.2 turns it round only when told so
     source = OpenImageIO.ImageInput.open(where, upright)
     if source is None:
-        raise PictureError(f"not a picture ({_reason(OpenImageIO)})", where=where, expected="EXR, PNG, TIFF, HDR or PFM")
+        raise PictureError(
+            f"not a picture ({_reason(OpenImageIO)})", where=where, expected="EXR, PNG, TIFF, HDR or PFM"
+        )
     spec = source.spec()
     if spec.width * spec.height * max(spec.depth, 1) > MAX_PIXELS or spec.nchannels > MAX_CHANNELS:
         source.close()
