@@ -103,8 +103,9 @@ def _run(plan: Plan, watcher: Watcher) -> Run:
     for choice in plan.choices:
         scene = _read(choice)
         for name in plan.wanted(choice):
-            if choice == CARDS[0] and name in state.calibration:
-                result, kept = state.calibration[name], False
+            card = state.calibration.get(name)
+            if card is not None and choice == CARDS[0] and card.scene == choice.id:
+                result, kept = card, False
             else:
                 result, kept = _job(state, choice, scene, name)
             state.results.append(result)

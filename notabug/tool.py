@@ -14,6 +14,7 @@ import notabug
 LIBRARIES = ("numpy", "scipy", "numba", "OpenImageIO", "usd-core", "flip-evaluator", "colour-science", "scikit-image")
 
 
+@cache
 def library_versions() -> dict[str, str]:
     """Version by distribution name; "" where it is not installed."""
     return {name: _version(name) for name in LIBRARIES}
