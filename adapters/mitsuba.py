@@ -13,7 +13,7 @@ import json
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -40,11 +40,16 @@ class Mitsuba:
 
     Attributes
     ----------
+    variant : of Mitsuba, or "" for the fastest that works here.
+    opacity : ``mask`` draws opacity with Mitsuba's own plug-in under ``path``, as its users do. The scalar variants then
+        square it: a defect to be shown, which ``scripted``, the BSDF of ``mitsuba_bsdf.py``, does not have.
     python : the interpreter that has mitsuba; by default this one.
     keep_jobs : keep the folder with the job and the arrays of every job.
     """
 
     name: str = "mitsuba"
+    variant: Literal["", "llvm_ad_rgb", "scalar_rgb"] = ""
+    opacity: Literal["scripted", "mask"] = "scripted"
     python: str = sys.executable
     keep_jobs: bool = False
     capabilities: frozenset[str] = frozenset(
@@ -64,7 +69,7 @@ class Mitsuba:
             noisy=not point,
             ngon_split="02",
             silhouette="flip",
-            opacity_shadow="attenuate",
+            opacity_shadow="opaque" if self.opacity == "mask" else "attenuate",
             glass_shadow="opaque",
             total_reflection="transmission",
             texture_filter="bilinear",
@@ -82,7 +87,7 @@ class Mitsuba:
         check_supported(self, scene)
         self._version()
         quality = replace(quality, samples=quality.samples or DEFAULT_SAMPLES)
-        document, arrays = job(scene, quality)
+        document, arrays = job(scene, quality, mask=self.opacity == "mask")
         seeds: list[int] = document["seeds"]
         images = [picture_path(out, self.name, seed) for seed in seeds]
         with job_folder(out, self.name, keep=self.keep_jobs) as folder:
@@ -103,7 +108,7 @@ class Mitsuba:
     def _run(self, document: dict[str, Any], folder: Path, timeout: float) -> Ended:
         """Draw the job, with LLVM where there is one, and without it where that fails."""
         library = find_library()
-        if library.path is None:
+        if library.path is None or self.variant == _SCALAR:
             return self._child(document, folder, _SCALAR, {}, timeout).check(self.name)
         ended = self._child(document, folder, _LLVM, {VARIABLE: str(library.path)}, timeout)
         if not ended.timed_out and (ended.signal or (ended.exit and "LLVM" in ended.log)):

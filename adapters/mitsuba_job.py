@@ -37,12 +37,16 @@ BOUNCES = 8  # a path of depth d meets d - 1 surfaces
 _SIMILAR = 1e-6  # relative deviation from a similarity, or from square pixels, that float32 cannot show
 
 
-def job(scene: Scene, quality: Quality) -> tuple[dict[str, Any], Arrays]:
-    """The job's JSON document and its arrays; ``quality.samples`` is already the adapter's own choice."""
+def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str, Any], Arrays]:
+    """The job's JSON document and its arrays; ``quality.samples`` is already the adapter's own choice.
+
+    ``mask`` says opacity with Mitsuba's own plug-in, under ``path``.
+    """
     arrays: Arrays = {}
     shown = {each.material: scene.materials[each.material] for each in scene.objects}
     transparent = any(each.opacity < 1.0 for each in shown.values())
-    follows = transparent or any(any(each.mirror) or any(each.transmission) for each in shown.values())
+    sends_on = any(any(each.mirror) or any(each.transmission) for each in shown.values())
+    follows = sends_on or (transparent and not mask)
     centres = quality.samples == 1
     if centres:
         for each in shown.values():
@@ -53,8 +57,8 @@ def job(scene: Scene, quality: Quality) -> tuple[dict[str, Any], Arrays]:
         "samples": quality.samples,
         "seeds": [0] if centres else list(quality.seeds),
         "threads": quality.threads,
-        "integrator": "volpath" if transparent else "path" if follows else "direct",
-        "max_depth": BOUNCES + 2,
+        "integrator": "path" if mask or (sends_on and not transparent) else "volpath" if transparent else "direct",
+        "max_depth": 3 if mask else BOUNCES + 2,  # a straight passage counts as a bounce under ``path``
         "looks": {str(index): _look(each, follows) for index, each in shown.items()},
         "camera": _camera(scene.camera, scene.width / scene.height),
         "lights": [_light(each) for each in scene.lights],

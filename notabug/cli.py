@@ -70,6 +70,9 @@ class Bench(StrEnum):
     """What ``notabug bench`` measures."""
 
     speed = "speed"
+    efficiency = "efficiency"
+    stability = "stability"
+    metamorphic = "metamorphic"
 
 
 class Deed(StrEnum):
@@ -245,13 +248,54 @@ def doctor(as_json: Json = False) -> None:
 
 @app.command()
 def bench(
-    what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,  # noqa: ARG001 - one so far
+    what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,
+    quick: Annotated[bool, typer.Option("--quick", help="A small sample (not of speed).")] = False,
+    out: Annotated[Path, typer.Option(help="Folder for JSON, plots and bench.html.")] = Path("notabug-bench"),
+    renderer: Annotated[
+        list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all found.")
+    ] = None,
+    resume: Annotated[bool, typer.Option(help="Keep what was measured with the same code.")] = True,
     as_json: Json = False,
 ) -> None:
-    """Measure what notabug costs, as ratios in one run."""
+    """Measure what notabug costs (speed), and of renderers: error over time (efficiency), where they break (stability),
+    and which relations between pictures they break (metamorphic)."""
+    if what in (Bench.efficiency, Bench.stability, Bench.metamorphic):
+        from notabug.bench.measuring import command as measuring
+
+        code = measuring(what.value, quick=quick, out=out, renderers=renderer or [], resume=resume, as_json=as_json)
+        raise typer.Exit(code)
     from notabug.bench.command import command
 
     raise typer.Exit(command(as_json))
+
+
+@app.command()
+def reduce(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="An id or a USD file on which the renderer has a bug.")],
+    renderer: Annotated[str, typer.Option("--renderer", "-r", help="The renderer.")],
+    variant: Variant = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="An attribute of the adapter, such as variant=scalar_rgb."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the minimal scene and its README.")] = Path("notabug-reduced"),
+    samples: Annotated[int, typer.Option(min=0, help="Samples per pixel; 0: the renderer's default.")] = 0,
+    seeds: Annotated[int, typer.Option(min=1, max=64, help="Independent pictures of a noisy renderer.")] = 4,
+) -> None:
+    """Shrink a scene while a renderer's bug on it stays, and write what a bug report needs."""
+    from notabug.reducing import command
+
+    raise typer.Exit(
+        command(
+            scene=scene,
+            renderer=renderer,
+            variants=variant or [],
+            settings=settings or [],
+            out=out,
+            samples=samples,
+            seeds=seeds,
+        )
+    )
 
 
 @app.command()
