@@ -41,8 +41,8 @@ class Mitsuba:
     Attributes
     ----------
     variant : of Mitsuba, or "" for the fastest that works here.
-    opacity : ``mask`` draws opacity with Mitsuba's own plug-in under ``path``, as its users do. The scalar variants then
-        square it: a defect to be shown, which ``scripted``, the BSDF of ``mitsuba_bsdf.py``, does not have.
+    opacity : ``mask`` draws opacity with Mitsuba's own plug-in under ``path``, as its users do; it is then squared
+        where nothing lies behind: a defect to be shown. ``scripted``, the BSDF of ``mitsuba_bsdf.py``, has it not.
     python : the interpreter that has mitsuba; by default this one.
     keep_jobs : keep the folder with the job and the arrays of every job.
     """

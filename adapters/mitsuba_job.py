@@ -12,8 +12,10 @@ What Mitsuba does, measured with 3.9.1, and what is written for it:
   glass too. Where there is opacity, ``volpath`` does the same, lets 1 - opacity of a shadow ray's light through each
   crossing, and does not count a straight passage as a bounce (nine sheets in a row show what is behind them).
 - ``mask`` opacity, not used: ``direct`` and ``path`` are wrong (a sheet of opacity 0.5 hides what is behind it, and its
-  shadow is opaque; in the scalar variants ``path`` also squares the opacity). ``volpath`` of depth 2 is right, but
-  which rays pass is random: rms noise 1.0e-3 where the BSDF here has 4.1e-4, all of it from edges in the pixel.
+  shadow is opaque). ``path`` also squares the opacity where nothing is behind the sheet: a sample that passes the sheet
+  and leaves the scene counts as having met nothing, and the light that the sheet sent is thrown away with it.
+  ``volpath`` of depth 2 is right, but which rays pass is random: rms noise 1.0e-3 where the BSDF here has 4.1e-4, all
+  of it from edges in the pixel.
 - Reflected, refracted and shadow rays start about 9e-5 (1 + |p|) off the surface at p. So the image in a plane mirror
   is shifted, by 2.5e-4 at |p| = 2: 4e-4 of white on a ball's flank, and 1.7e-3 behind a ball of glass.
 - A ``sphere`` has a centre and a radius: only rotated, moved and uniformly scaled ones can be said.

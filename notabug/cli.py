@@ -281,6 +281,9 @@ def reduce(
     out: Annotated[Path, typer.Option(help="Folder for the minimal scene and its README.")] = Path("notabug-reduced"),
     samples: Annotated[int, typer.Option(min=0, help="Samples per pixel; 0: the renderer's default.")] = 0,
     seeds: Annotated[int, typer.Option(min=1, max=64, help="Independent pictures of a noisy renderer.")] = 4,
+    any_name: Annotated[
+        bool, typer.Option("--any-name", help="Go on while there is any bug, whatever its name.")
+    ] = False,
 ) -> None:
     """Shrink a scene while a renderer's bug on it stays, and write what a bug report needs."""
     from notabug.reducing import command
@@ -294,6 +297,7 @@ def reduce(
             out=out,
             samples=samples,
             seeds=seeds,
+            any_name=any_name,
         )
     )
 

@@ -36,6 +36,7 @@ class Shown:
     verdict: Verdict
     found: Pixels
     expected: Pixels
+    samples: int
 
     @property
     def pixel(self) -> tuple[int, int]:
@@ -61,14 +62,16 @@ class Examiner:
             made = self.adapter.render(scene, Path(folder), self.quality)
             pictures = [read_picture(each.image).pixels for each in made]
         judged = judge(pictures, scene, self.declaration, perceive=False)
-        return Shown(scene, judged.verdict, judged.mean, judged.nearest)
+        return Shown(scene, judged.verdict, judged.mean, judged.nearest, made[0].samples)
 
     def is_same(self, name: str) -> Holds:
-        """Whether a scene still shows a bug called ``name``; one that cannot be drawn or judged does not."""
+        """Whether a scene still shows a bug called ``name``, or any where it is ""; one that cannot be drawn or judged
+        does not."""
 
         def holds(scene: Scene) -> bool:
             try:
-                return bug(self.show(scene).verdict) == name
+                found = bug(self.show(scene).verdict)
+                return found == name if name else bool(found)
             except (RendererError, UnsupportedError, NotabugError, ValueError, ArithmeticError):
                 return False
 
@@ -100,14 +103,13 @@ def reduced(scene: Scene, holds: Holds, note: Note = lambda _: None) -> Scene:
 def size(scene: Scene) -> str:
     faces = sum(len(each.counts) for each in scene.meshes)
     spheres = sum(1 for _ in scene.spheres)
-    return (
-        f"{len(scene.objects)} objects ({faces} faces, {spheres} spheres), {len(scene.lights)} lights, "
-        f"{scene.width} x {scene.height} pixels"
-    )
+    counted = ((len(scene.objects), "object"), (faces, "face"), (spheres, "sphere"), (len(scene.lights), "light"))
+    said = ", ".join(f"{n} {word}{'s' * (n != 1)}" for n, word in counted if n)
+    return f"{said}, {scene.width} x {scene.height} pixels"
 
 
 def minimal(items: Sequence[Any], holds: Callable[[Sequence[Any]], bool]) -> list[Any]:
-    """A part of ``items`` for which ``holds`` and from which no single item can go (ddmin; Zeller and Hildebrandt 2002).
+    """A part of ``items`` for which ``holds`` and from which no single item can go (ddmin, Zeller 2002).
 
     >>> minimal(range(100), lambda kept: 7 in kept and 42 in kept)
     [7, 42]

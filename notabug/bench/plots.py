@@ -16,6 +16,7 @@ from notabug.bench.stability_theory import SHARE
 # Okabe and Ito 2008, "Color Universal Design"; yellow is left out, it is too faint on white.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#7F7F7F", "#8C564B")
 MARKS = "osD^vP*Xh"
+_LINE = 0.065  # height of a label, as a share of the plot's
 LEAST = 1e-4  # share of pixels that stands for none on a logarithmic axis
 
 
@@ -112,11 +113,15 @@ def draw(
 def _label(axes: Any, ends: Sequence[tuple[str, str, float, float]]) -> None:
     """Names in the margin, at the height of their line's end, moved apart where they would touch."""
     low, high = (math.log10(each) for each in axes.get_ylim())
-    gap = 0.065
-    height = gap * -1.0
-    for name, colour, x, y in sorted(ends, key=lambda each: each[3]):
+    heights: list[float] = []
+    ordered = sorted(ends, key=lambda each: each[3])
+    for _, _, _, y in ordered:
         wanted = (math.log10(y) - low) / (high - low)
-        height = max(wanted, height + gap)
+        heights.append(max(wanted, heights[-1] + _LINE) if heights else wanted)
+    for place in range(len(heights) - 1, -1, -1):  # down again from the top of the plot
+        above = heights[place + 1] - _LINE if place + 1 < len(heights) else 1.0
+        heights[place] = min(heights[place], above)
+    for (name, colour, x, y), height in zip(ordered, heights, strict=True):
         axes.annotate(
             name,
             xy=(x, y),

@@ -104,7 +104,7 @@ def about_relations(checks: Sequence[metamorphic.Check]) -> str:
 
 
 def _number(value: float) -> str:
-    return f"{value:.2g}"
+    return f"{value:.2g}".replace("e+0", "e").replace("e-0", "e-").replace("e+", "e")
 
 
 def _seconds(value: float | None) -> str:

@@ -117,18 +117,18 @@ def _scene(name: str, objects: tuple[Mesh, ...], light: Light, lens: Camera, **m
     return transformed(replace(made, **more), _GENERIC)  # type: ignore[arg-type]
 
 
-def still_life(distance: float = 1.0) -> Scene:
+def still_life(distance: float = DISTANCE) -> Scene:
     """A faceted ball and a block just above a floor, under a point light that throws their shadows into view."""
     objects = (
         sheet("Floor", 3.0, 0.0, 0, cells=4),
         ball("Ball", (-0.8, 0.7 + CLEARANCE, 0.0), 0.7, 1),
         block("Block", (0.9, 0.45 + CLEARANCE, 0.2), 0.45, 2),
     )
-    return _scene("still_life", objects, lamp((2.4, 4.5, 1.6), 2.5), camera(distance * DISTANCE))
+    return _scene("still_life", objects, lamp((2.4, 4.5, 1.6), 2.5), camera(distance))
 
 
 def far_camera(distance: float) -> Scene:
-    """The still life from ``distance`` times the usual one."""
+    """The still life from ``distance``, through an ever longer lens."""
     return still_life(distance)
 
 

@@ -62,8 +62,8 @@ def far_camera(a: Arithmetic) -> float:
     A depth buffer's planes go along with the camera, so its step grows with d until it hides objects.
     """
     if a.depth_bits:
-        return BLOCKER / depth_step(a, stages.DISTANCE / 10.0, stages.DISTANCE * 10.0)
-    return min(SHIFT, _covered(a)) / (gamma(a.unit) * stages.DISTANCE)
+        return BLOCKER * stages.DISTANCE / depth_step(a, stages.DISTANCE / 10.0, stages.DISTANCE * 10.0)
+    return min(SHIFT, _covered(a)) / gamma(a.unit)
 
 
 def _covered(a: Arithmetic) -> float:
