@@ -72,6 +72,9 @@ class Bench(StrEnum):
 
     speed = "speed"
     verdict = "verdict"
+    efficiency = "efficiency"
+    stability = "stability"
+    metamorphic = "metamorphic"
 
 
 class Format(StrEnum):
@@ -297,18 +300,61 @@ def doctor(as_json: Json = False) -> None:
 @app.command()
 def bench(
     what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,
-    quick: Annotated[bool, typer.Option("--quick", help="verdict: a small sample of the design.")] = False,
-    out: Annotated[Path, typer.Option(help="verdict: folder for JSON and plots.")] = Path("notabug-bench"),
+    quick: Annotated[bool, typer.Option("--quick", help="A small sample (not of speed).")] = False,
+    out: Annotated[Path, typer.Option(help="Folder for JSON, plots and bench.html.")] = Path("notabug-bench"),
+    renderer: Annotated[
+        list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all found.")
+    ] = None,
+    resume: Annotated[bool, typer.Option(help="Keep what was measured with the same code.")] = True,
     as_json: Json = False,
 ) -> None:
-    """Measure what notabug costs (speed), or how well it judges (verdict)."""
+    """Measure what notabug costs (speed), how well it judges (verdict), and of renderers: error over time (efficiency),
+    where they break (stability), and which relations between pictures they break (metamorphic)."""
     if what is Bench.verdict:
         from notabug.bench.verdict.command import command as verdict
 
         raise typer.Exit(verdict(quick=quick, as_json=as_json, out=out))
+    if what in (Bench.efficiency, Bench.stability, Bench.metamorphic):
+        from notabug.bench.measuring import command as measuring
+
+        code = measuring(what.value, quick=quick, out=out, renderers=renderer or [], resume=resume, as_json=as_json)
+        raise typer.Exit(code)
     from notabug.bench.command import command
 
     raise typer.Exit(command(as_json))
+
+
+@app.command()
+def reduce(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="An id or a USD file on which the renderer has a bug.")],
+    renderer: Annotated[str, typer.Option("--renderer", "-r", help="The renderer.")],
+    variant: Variant = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="An attribute of the adapter, such as variant=scalar_rgb."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the minimal scene and its README.")] = Path("notabug-reduced"),
+    samples: Annotated[int, typer.Option(min=0, help="Samples per pixel; 0: the renderer's default.")] = 0,
+    seeds: Annotated[int, typer.Option(min=1, max=64, help="Independent pictures of a noisy renderer.")] = 4,
+    any_name: Annotated[
+        bool, typer.Option("--any-name", help="Go on while there is any bug, whatever its name.")
+    ] = False,
+) -> None:
+    """Shrink a scene while a renderer's bug on it stays, and write what a bug report needs."""
+    from notabug.reducing import command
+
+    raise typer.Exit(
+        command(
+            scene=scene,
+            renderer=renderer,
+            variants=variant or [],
+            settings=settings or [],
+            out=out,
+            samples=samples,
+            seeds=seeds,
+            any_name=any_name,
+        )
+    )
 
 
 @app.command()

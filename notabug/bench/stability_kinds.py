@@ -113,8 +113,8 @@ def kinds(picture: Floats, seen: Floats, of: Truth, declaration: Declaration) ->
         elif rest.any():
             book("stripes", lost & (rest > 0.0).any(axis=2) & ~outline)
     dark = ~(seen > 0.25 * of.headlit.point).any(axis=2) & (of.headlit.point > 0.0).any(axis=2)
-    book("hole", amiss & dark & ~outline)
-    book("displaced outline", amiss & outline)
+    book("hole", np.asarray(amiss & dark & ~outline))
+    book("displaced outline", np.asarray(amiss & outline))
     book("wrong shade", amiss)
     shadow = (of.lit.point < 0.5 * of.unshadowed).all(axis=2) & (of.unshadowed > ABSOLUTE).any(axis=2)
     light = (of.lit.point > 0.5 * of.unshadowed).any(axis=2) & (of.unshadowed > ABSOLUTE).any(axis=2)
@@ -124,7 +124,7 @@ def kinds(picture: Floats, seen: Floats, of: Truth, declaration: Declaration) ->
     if shadow.any() and cleared.sum() >= WHOLE * shadow.sum():
         book("lost shadow", cleared)
     else:
-        book("displaced shadow", cleared | (light & ~bright & border & bool(cleared.any())))
+        book("displaced shadow", np.asarray(cleared | (light & ~bright & border & bool(cleared.any()))))
     book("acne", light & ~bright)
     book("wrong shade", left.copy())
     return count
