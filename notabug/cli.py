@@ -77,6 +77,23 @@ class Bench(StrEnum):
     metamorphic = "metamorphic"
 
 
+class FailOn(StrEnum):
+    """Which bugs fail a run."""
+
+    any = "any"
+    visible = "visible"
+
+
+class Page(StrEnum):
+    """What ``notabug report`` draws."""
+
+    html = "html"
+    junit = "junit"
+    github = "github"
+    markdown = "markdown"
+    sarif = "sarif"
+
+
 class Format(StrEnum):
     """What ``notabug export`` writes."""
 
@@ -149,6 +166,17 @@ def run(
         bool,
         typer.Option("--workarounds", help="Render with and without each workaround of the scenes, and compare."),
     ] = False,
+    expect: Annotated[
+        Path | None,
+        typer.Option(help="What is accepted; default: notabug.expect.toml where it is there."),
+    ] = None,
+    fail_on: Annotated[FailOn, typer.Option(help="Fail on any bug, or on those an eye would see.")] = FailOn.any,
+    jobs: Annotated[
+        int,
+        typer.Option("--jobs", "-j", min=0, envvar="NOTABUG_JOBS", help="Jobs at once; 0: as many as cores are idle."),
+    ] = 0,
+    executor: Annotated[str, typer.Option(metavar="dask://HOST:PORT", help="A Dask cluster for the jobs.")] = "",
+    shard: Annotated[str, typer.Option(metavar="2/8", help="Only this share of the selection.")] = "",
     as_json: Json = False,
 ) -> None:
     """Render scenes and judge every picture."""
@@ -167,6 +195,11 @@ def run(
         resume=resume,
         as_json=as_json,
         remedies=workarounds,
+        expect=expect,
+        fail_on=fail_on.value,
+        jobs=jobs,
+        executor=executor,
+        shard=shard,
     )
     raise typer.Exit(code)
 
@@ -358,14 +391,73 @@ def reduce(
 
 
 @app.command()
+def accept(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene of the last run.")],
+    renderer: Annotated[str, typer.Option("--renderer", "-r", help="The renderer.")],
+    because: Annotated[str, typer.Option(help="Why: a sentence for whoever reads the file next.")],
+    variant: Variant = None,
+    link: Annotated[str, typer.Option(help="Where it is discussed.")] = "",
+    expires: Annotated[str, typer.Option(metavar="YYYY-MM-DD", help="From when on it is not accepted.")] = "",
+    band: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share by which area and jnd may differ.")] = 0.1,
+    run: Annotated[Path, typer.Option("--run", help="The folder of the run.")] = Path("notabug-out"),
+    expect: Annotated[Path, typer.Option(help="The file to write.")] = Path("notabug.expect.toml"),
+) -> None:
+    """Accept one result of the last run: write it to notabug.expect.toml, for review."""
+    from notabug.accepting import command
+
+    raise typer.Exit(
+        command(
+            scene=scene,
+            renderer=renderer,
+            variants=variant or [],
+            because=because,
+            link=link,
+            expires=expires,
+            band=band,
+            out=run,
+            path=expect,
+        )
+    )
+
+
+@app.command()
+def merge(
+    folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of runs, such as shards.")],
+    out: Annotated[Path, typer.Option(help="The folder to make.")],
+) -> None:
+    """Make one run of several, pictures and all."""
+    from notabug.merging import command
+
+    raise typer.Exit(command(folders, out))
+
+
+@app.command()
+def diff(
+    before: Annotated[Path, typer.Argument(metavar="RUN_A", help="The folder of a run.")],
+    after: Annotated[Path, typer.Argument(metavar="RUN_B", help="The folder of a later one.")],
+    as_json: Json = False,
+) -> None:
+    """Say what changed from one run to another, worst first."""
+    from notabug.comparing import command
+
+    raise typer.Exit(command(before, after, as_json))
+
+
+@app.command()
 def report(
     folder: Annotated[Path, typer.Argument(help="The folder of a run.")] = Path("notabug-out"),
     white: Annotated[float, typer.Option(min=1e-6, help="The radiance that is shown as white.")] = 1.0,
+    to: Annotated[Page, typer.Option(help="The page, or text for a build server on standard output.")] = Page.html,
 ) -> None:
-    """Draw report.html again from run.json and the pictures next to it."""
-    from notabug.report.page import draw
+    """Draw report.html again from run.json and the pictures next to it, or write it for a build server."""
+    if to is Page.html:
+        from notabug.report.page import draw
 
-    typer.echo(draw(folder, white))
+        typer.echo(draw(folder, white))
+    else:
+        from notabug.report.builds import command
+
+        raise typer.Exit(command(folder, to.value))
 
 
 def main() -> None:

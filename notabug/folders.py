@@ -36,6 +36,14 @@ def sole_writer(out: Path) -> Iterator[None]:
         ) from None
 
 
+@contextmanager
+def job_lock(folder: Path) -> Iterator[None]:
+    """The job's ``folder``, made if need be, for one process at a time: of two that do one job the later one waits."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with FileLock(folder / ".job.lock"):
+        yield
+
+
 def folder_name(text: str) -> str:
     """``text`` as the name of one folder: never empty, hidden, ``..`` or with a separator; unequal texts stay unequal.
 

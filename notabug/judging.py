@@ -19,11 +19,11 @@ from notabug.adapters.base import Declaration, Filter
 from notabug.adapters.declared import RADIUS, SRGB_SLOPE, decode_srgb
 from notabug.exit_codes import ExitCode
 from notabug.folders import folder_name, write_json
+from notabug.gate import Gate, code_of
 from notabug.outcome import judge_pictures
 from notabug.progress import console, verdict_text
 from notabug.record import SCHEMA, Result, json_ready
 from notabug.report.page import draw
-from notabug.running import code_of
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.picture import Picture, read_picture, write_exr
 from notabug.scenes_usd.reader import read_scene
@@ -70,6 +70,7 @@ def command(
         command=shlex.join(["notabug", *sys.argv[1:]]),
         claim=scene.card.claim,
     )
+    result = Gate().judged(result)
     total = time.perf_counter() - begun
     document = {
         "schema": SCHEMA,

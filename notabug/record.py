@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from notabug.expectation import State, Statement
 from notabug.metrics.verdict import GLYPH, Verdict
 from notabug.scenes_usd.errors import NotabugError
 
@@ -33,23 +34,17 @@ class Result:
     size: tuple[int, int] = (0, 0)  # width, height
     command: str = ""  # reproduces this result
     renderer_command: tuple[str, ...] = ()
-    expected: str = ""  # what the scene's table states: a word, or "limitation: name + name"; "" where it states none
+    expected: str = ""  # what an accepted entry or the scene's table states: a word, or "limitation: name + name"
     claim: str = ""
+    state: State = ""  # how the result compares with what is expected
+    because: str = ""  # why a team has accepted it
+    fails: bool = False  # a gate goes red for it
 
     @property
     def surprising(self) -> bool:
-        """The verdict is not the one that the scene's expectation table states."""
-        word, _, names = self.expected.partition(":")
-        if not word:
-            return False
-        wanted = {each.strip() for each in names.split("+")} - {""}
-        found = {each.name for each in self.verdict.findings if each.kind == "limitation"}
-        return word != self.verdict.word or (bool(wanted) and wanted != found)
-
-    @property
-    def accepted(self) -> bool:
-        """The verdict's word is the one that the table states: a known bug is accepted, a new one is not."""
-        return self.expected.partition(":")[0] == self.verdict.word
+        """The result is not the one that is expected, better or worse."""
+        left = self.state in ("grew", "improved", "expired", "models changed")
+        return left or (bool(self.expected) and not Statement.parse(self.expected).fits(self))
 
     def as_dict(self) -> dict[str, Any]:
         """As in ``run.json``: the verdict's parts lie beside the others, numbers that are not finite become null."""
@@ -72,6 +67,9 @@ class Result:
             "renderer_command": list(self.renderer_command),
             "expected": self.expected,
             "claim": self.claim,
+            "state": self.state,
+            "because": self.because,
+            "fails": self.fails,
         }
         document: dict[str, Any] = json_ready(plain)
         return document
@@ -108,6 +106,9 @@ class Result:
             renderer_command=tuple(data["renderer_command"]),
             expected=data["expected"],
             claim=data["claim"],
+            state=data.get("state", ""),
+            because=data.get("because", ""),
+            fails=data.get("fails", False),
         )
 
 
@@ -119,6 +120,10 @@ def _check_types(data: Any) -> None:
     for key in (*_TEXTS, "claim"):
         if not isinstance(data[key], str):
             raise TypeError(f"{key} is no text")
+    if not all(isinstance(data.get(key, ""), str) for key in ("state", "because")):
+        raise TypeError("state or because is no text")
+    if not isinstance(data.get("fails", False), bool):
+        raise TypeError("fails is neither true nor false")
     if data["verdict"] not in GLYPH:
         raise ValueError(f"unknown verdict {data['verdict']!r}")
     for key in ("samples", "seeds"):

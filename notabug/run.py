@@ -9,12 +9,15 @@ import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
 from notabug.adapters.base import Adapter, Found, Quality, Render, RendererMissingError, UnsupportedError
 from notabug.calibration import CARDS, refusal
-from notabug.folders import job_folder, sole_writer, write_json, write_text
+from notabug.crew import Alone, Crew
+from notabug.folders import job_folder, job_lock, sole_writer, write_json, write_text
+from notabug.gate import Gate
 from notabug.metrics.verdict import Verdict, Word
 from notabug.outcome import judge_pictures
 from notabug.record import SCHEMA, RecordError, Result
@@ -34,6 +37,19 @@ class Watcher(Protocol):
     def done(self, result: Result, kept: bool) -> None: ...
 
 
+class Silent:
+    """Sees nothing: the watcher of a job in another process."""
+
+    def begin(self, jobs: int) -> None:
+        del jobs
+
+    def start(self, scene: str, variant: str, renderer: str, stage: str) -> None:
+        del scene, variant, renderer, stage
+
+    def done(self, result: Result, kept: bool) -> None:
+        del result, kept
+
+
 @dataclass(frozen=True, slots=True)
 class Plan:
     """What to run: the cells of ``choices`` x ``renderers`` (adapters that were found), how well, and where to."""
@@ -45,6 +61,9 @@ class Plan:
     resume: bool = True
     missing: Mapping[str, str] = field(default_factory=dict)  # renderer: how to install it
     command: Sequence[str] = ()
+    gate: Gate = field(default_factory=Gate)
+    crew: Crew = field(default_factory=Alone)
+    shard: str = ""
 
     def wanted(self, choice: Choice) -> list[str]:
         """The renderers that ``choice`` is for."""
@@ -75,9 +94,15 @@ class Run:
             "tool": tool(),
             "command": list(self.plan.command),
             "finished": self.finished,
-            "seconds": {"total": total, "render": self.rendering, "outside": max(0.0, total - self.rendering)},
+            "seconds": {
+                "total": total,
+                "render": self.rendering,
+                "outside": max(0.0, total - self.rendering / self.plan.crew.at_once),
+            },
+            "jobs": self.plan.crew.document() | {"threads": self.plan.quality.threads, "shard": self.plan.shard},
+            "gate": self.plan.gate.document(self.results),
             "renderers": found | {name: {"missing": line} for name, line in self.plan.missing.items()},
-            "calibration": [each.as_dict() for each in self.calibration.values()],
+            "calibration": [self.calibration[name].as_dict() for name in found if name in self.calibration],
             "results": [each.as_dict() for each in self.results],
         }
 
@@ -96,24 +121,82 @@ def run(plan: Plan, watcher: Watcher) -> Run:
 
 def _run(plan: Plan, watcher: Watcher) -> Run:
     state = Run(plan, watcher)
-    watcher.begin(sum(len(plan.wanted(choice)) for choice in plan.choices))
+    tasks = [Task(choice, name) for choice in plan.choices for name in plan.wanted(choice)]
+    watcher.begin(len(tasks))
     state.save()
-    for name in plan.renderers:
-        _calibrate(state, name)
-    for choice in plan.choices:
-        scene = _read(choice)
-        for name in plan.wanted(choice):
-            card = state.calibration.get(name)
-            if card is not None and choice == CARDS[0] and card.scene == choice.id:
-                result, kept = card, False
+    with plan.crew as crew:
+        seen = watcher if crew.at_hand else Silent()
+        lean = replace(plan, choices=(), crew=Alone(), gate=Gate())  # what a job needs, wherever it is done
+        names = list(plan.renderers)
+        for place, card in crew.each(partial(calibrate, lean, seen), names):
+            name = names[place]
+            if isinstance(card, Exception):
+                state.refused[name] = f"the card's job was lost: {card}"
             else:
-                result, kept = _job(state, choice, scene, name)
-            state.results.append(result)
-            watcher.done(result, kept)
-            state.save()
+                state.refused[name] = card.refused
+                state.rendering += card.rendering
+                state.calibration |= {name: card.result} if card.result is not None else {}
+        results: dict[int, Result] = {}
+        for index, task in enumerate(tasks):
+            if task.choice == CARDS[0] and task.renderer in state.calibration:
+                _finish(state, results, index, Done(state.calibration[task.renderer], False, 0.0))
+        rest = [index for index in range(len(tasks)) if index not in results]
+        for place, done in crew.each(partial(perform, lean, state.refused, seen), [tasks[each] for each in rest]):
+            index = rest[place]
+            _finish(state, results, index, _lost(plan, tasks[index], done) if isinstance(done, Exception) else done)
     state.finished = True
     state.save()
     return state
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One job: a choice for one renderer."""
+
+    choice: Choice
+    renderer: str
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What came of a job: ``kept`` from an earlier run, else ``rendering`` seconds were spent in the renderer."""
+
+    result: Result
+    kept: bool
+    rendering: float
+
+
+def perform(plan: Plan, refused: Mapping[str, str], watcher: Watcher, task: Task) -> Done:
+    """Do ``task``, in this process or another one. Two that do the same job do it one after the other."""
+    state = Run(plan, watcher, refused=dict(refused))
+    result, kept = _job(state, task.choice, _read(task.choice), task.renderer)
+    return Done(result, kept, state.rendering)
+
+
+def _finish(state: Run, results: dict[int, Result], index: int, done: Done) -> None:
+    """Put a job's result in its place and save the record."""
+    state.rendering += done.rendering
+    results[index] = state.plan.gate.judged(done.result)
+    state.results = [results[each] for each in sorted(results)]
+    state.watcher.done(results[index], done.kept)
+    state.save()
+
+
+def _lost(plan: Plan, task: Task, error: Exception) -> Done:
+    """The result of a job that never came back."""
+    name, choice = task.renderer, task.choice
+    return Done(
+        Result(
+            scene=choice.id,
+            variant=choice.variant,
+            renderer=name,
+            renderer_version=plan.renderers[name][1].version,
+            verdict=_no_judgement("error", f"the process that did this job ended: {type(error).__name__}: {error}"),
+            command=reproduce(choice, name, plan.quality),
+        ),
+        False,
+        0.0,
+    )
 
 
 def _read(choice: Choice) -> Scene | NotabugError:
@@ -123,19 +206,30 @@ def _read(choice: Choice) -> Scene | NotabugError:
         return error
 
 
-def _calibrate(state: Run, name: str) -> None:
-    """Draw the first card that the renderer can draw, and note what it says against the adapter."""
+@dataclass(frozen=True, slots=True)
+class Calibrated:
+    """A renderer's result on the first card that it can draw, and what that says against its adapter, or ""."""
+
+    result: Result | None
+    refused: str
+    rendering: float
+
+
+def calibrate(plan: Plan, watcher: Watcher, name: str) -> Calibrated:
+    """Draw the first card that the renderer called ``name`` can draw."""
+    state = Run(plan, watcher)
+    first: Result | None = None
     for card in CARDS:
         scene = _read(card)
         if isinstance(scene, Scene):
             result, _ = _job(state, card, scene, name)
-            state.calibration.setdefault(name, result)
+            first = first or result
             if result.verdict.word != "unsupported":
-                state.calibration[name] = result
+                first = result
                 break
-    if name in state.calibration:
-        adapter, quality = state.plan.renderers[name][0], state.plan.quality
-        state.refused[name] = refusal(state.calibration[name], adapter, quality, state.plan.out)
+    if first is None:
+        return Calibrated(None, "", state.rendering)
+    return Calibrated(first, refusal(first, plan.renderers[name][0], plan.quality, plan.out), state.rendering)
 
 
 def _expected(scene: Scene, renderer: str) -> str:
@@ -167,10 +261,11 @@ def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> 
     adapter = choice.alter(adapter, scene)
     folder = job_folder(state.plan.out, choice.folder or choice.id, variant, name)
     keys = _keys(scene, adapter, found, state.plan.quality)
-    kept = _kept(folder, keys["result"], state.plan.out) if state.plan.resume else None
-    if kept is not None:
-        return replace(kept, command=blank.command, expected=blank.expected, claim=blank.claim), True
-    return _fresh(state, blank, scene, adapter, folder, keys), False
+    with job_lock(folder):
+        kept = _kept(folder, keys["result"], state.plan.out) if state.plan.resume else None
+        if kept is not None:
+            return replace(kept, command=blank.command, expected=blank.expected, claim=blank.claim), True
+        return _fresh(state, blank, scene, adapter, folder, keys), False
 
 
 def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Path, keys: dict[str, str]) -> Result:

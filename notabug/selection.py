@@ -88,6 +88,22 @@ def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_
     return list(choices.values())
 
 
+def part(choices: Sequence[Choice], shard: str) -> list[Choice]:
+    """The share ``"2/8"`` of ``choices``, by a hash of each: the same on every machine, whatever else is selected."""
+    if not shard:
+        return list(choices)
+    number, slash, of = shard.partition("/")
+    if not (slash and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
+        raise SelectionError("not a shard", where="--shard", expected="2/8: the second of eight", got=repr(shard))
+    return [each for each in choices if _hash(each) % int(of) == int(number) - 1]
+
+
+def _hash(choice: Choice) -> int:
+    text = "\0".join((choice.source, choice.variant, choice.label))
+    digest = hashlib.blake2b(text.encode("utf-8", "surrogateescape"), digest_size=8).digest()
+    return int.from_bytes(digest, "big")
+
+
 def _sources(word: str) -> list[str]:
     """The sources that one SCENE argument stands for."""
     if word.endswith(SUFFIXES):
