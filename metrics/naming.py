@@ -47,8 +47,8 @@ class Name:
     """What a bug is called, why, and the share of the bug leg that the name leaves (0: it explains everything).
 
     ``fitted`` is the explanation by that fault and the limitations beside it, None where no model of a fault is meant.
-    ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A fault
-    that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
+    ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
+    fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
     """
 
     name: str
@@ -129,7 +129,7 @@ def _names(
             if fault.rule == "choice":
                 yield Name(fault.name, fault.claim, remains, off, fitted)
             else:
-                yield Name(fault.name, fault.claim, remains, off / BETTER + CHOICE, fitted, fitted.freedom)
+                yield Name(fault.name, fault.claim, remains, off * FREE + CHOICE, fitted, fitted.freedom)
             hopeless = hopeless or remains > HOPE
             if fault.at is not None and not models and NEARLY < remains < HOPE:  # quick pictures gave a rough strength
                 closer = _refined(fault, changed_by(measured, reference), predict, scale)
@@ -168,8 +168,8 @@ def likely(
         return abs(float((a * b).sum())) / product if product > 0 else 0.0
 
     def covered(change: Floats, other: Floats) -> float:
-        a = weighed(change, 1) ** 2
-        return float(a[weighed(other, 1) != 0].sum() / max(float(a.sum()), 1e-30))
+        a = (np.clip(change / scale, -CLIP, CLIP) * at) ** 2
+        return float(a[other != 0].sum() / max(float(a.sum()), 1e-30))
 
     ranked = []
     for index, fault in enumerate(faults):
