@@ -137,7 +137,7 @@ def test_stored_depths_are_the_rasterisers(stage: Any, opengl: OpenGL, depth: De
 def test_the_step_of_the_real_depth_buffer(stage: Any, opengl: OpenGL, depth: DepthFormat, n: float) -> None:
     """dz = z^2 (1/n - 1/f) / 2^b: counted on a floor that passes slowly through many depths.
 
-    A float32 buffer rounds like 24 bits where its values are close to 1, nearly everywhere. With near at 1 the step is a
+    A float32 buffer rounds like 24 bits where its values are close to 1, nearly everywhere. With near at 1 the step is
     part of the depth, whatever the near plane; what is left is the rounding of the floor's own corners, 50 / 2^24.
     """
     f = 100.0

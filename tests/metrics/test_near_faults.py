@@ -32,8 +32,12 @@ def small(scene: Scene, size: int = 128) -> Scene:
     return replace(scene, width=size, height=size)
 
 
-@pytest.mark.parametrize("quality", [CENTRES, NOISY], ids=["centres", "noisy"])
-@pytest.mark.parametrize(("name", "variants", "fault"), CASES)
+@pytest.mark.parametrize(
+    ("name", "variants", "fault", "quality"),
+    # a mean over samples cannot tell a hole or a blend from a mixture of what the limitation admits
+    [(*each, CENTRES) for each in CASES]
+    + [(*each, NOISY) for each in CASES if each[2] in ("no_epsilon", "loser_wins")],
+)
 def test_each_is_a_bug_of_its_name(studio: Any, name: str, variants: Any, fault: str, quality: Quality) -> None:
     scene = small(studio.scene(name, **variants), 128 if quality is CENTRES else 64)
     adapter = InHouse(faults=(fault,))
