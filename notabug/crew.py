@@ -208,13 +208,14 @@ class Cluster:
 
     def __enter__(self) -> Cluster:
         try:
-            from distributed import Client
+            import distributed
         except ImportError:
             raise SelectionError(
                 "Dask is not installed", where="--executor", do="pip install 'notabug[dask]'"
             ) from None
         try:
-            client = self._stack.enter_context(Client(f"tcp://{self._address}", timeout=10))
+            dask: Any = distributed
+            client = self._stack.enter_context(dask.Client(f"tcp://{self._address}", timeout=10))
         except OSError as error:
             what = "no Dask scheduler answers"
             raise SelectionError(what, where=f"--executor dask://{self._address}", got=str(error)) from error

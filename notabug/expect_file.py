@@ -79,8 +79,8 @@ def _entry(table: Any, where: str) -> Entry:
     if expires is not None and type(expires) is not datetime.date:
         raise ExpectationError("not a date", where=f"{where}.expires", expected="2027-01-31", got=repr(expires))
     texts = {key: table[key] for key in _TEXTS if key in table}
-    bands = {key: _band(table[key], f"{where}.{key}") for key in ("area_px", "jnd") if key in table}
-    return Entry(**{"variant": "", **texts}, **bands, expires=expires)
+    area, jnd = (_band(table[key], f"{where}.{key}") if key in table else None for key in ("area_px", "jnd"))
+    return Entry(**{"variant": "", **texts}, area_px=area, jnd=jnd, expires=expires)
 
 
 def _band(value: Any, where: str) -> Band:
@@ -99,7 +99,8 @@ def with_entry(text: str, entry: Entry) -> str:
     values = _values(entry)
     for index, each in enumerate(there):
         if each.key == entry.key:
-            table: Any = document["accepted"][index]  # type: ignore[index]
+            tables_there: Any = document["accepted"]
+            table = tables_there[index]
             for key in set(table) - set(values):
                 del table[key]
             for key, value in values.items():
@@ -121,7 +122,7 @@ def with_entry(text: str, entry: Entry) -> str:
 
 
 def _place(text: str, index: int) -> int:
-    """Where entry number ``index`` begins, with the comment lines right above it; the end of ``text`` after the last."""
+    """Where entry ``index`` begins, comment lines right above it included; the end of ``text`` after the last."""
     starts = [each.start() for each in _HEADER.finditer(text)]
     if index >= len(starts):
         return len(text)

@@ -13,9 +13,11 @@ from rich.text import Text
 from notabug import workarounds
 from notabug.adapters.base import Quality
 from notabug.adapters.registry import adapter, adapters
+from notabug.crew import Alone, crew
 from notabug.exit_codes import ExitCode
 from notabug.folders import write_json
-from notabug.progress import Board, console, messages, table
+from notabug.gate import FailOn, Gate, code_of
+from notabug.progress import Board, console, messages, states, table
 from notabug.report.page import draw
 from notabug.run import Plan, Run, find_renderers, run
 from notabug.scenes_usd.errors import SelectionError
