@@ -460,6 +460,30 @@ def report(
         raise typer.Exit(command(folder, to.value))
 
 
+@app.command()
+def gallery(
+    runs: Annotated[
+        list[Path] | None, typer.Argument(metavar="[RUN]...", help="Folders of runs, oldest first; default: none.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the site.")] = Path("notabug-gallery"),
+    variants: Annotated[
+        Variants, typer.Option(help="Default variants of the corpus, or all. Those of the runs are always there.")
+    ] = Variants.default,
+    models: Annotated[bool, typer.Option(help="Pictures of the limitations and the terms of each pixel.")] = True,
+    step: Annotated[int, typer.Option(min=1, help="Terms are kept for every STEP-th pixel.")] = 4,
+    bench: Annotated[Path | None, typer.Option(help="A folder of SVG plots that join the site.")] = None,
+    white: Annotated[float, typer.Option(min=1e-6, help="The radiance that small pictures show as white.")] = 1.0,
+) -> None:
+    """Build a site to browse the corpus and runs, down to the float pixel."""
+    from notabug.gallery.command import command
+
+    every = variants is Variants.all
+    code = command(
+        runs or [], out, every_variant=every, with_models=models, step=step, bench=bench, white=white
+    )
+    raise typer.Exit(code)
+
+
 def main() -> None:
     """The program: an error that a user can act on is one line on standard error and an exit code, never a trace."""
     for stream in (sys.stdout, sys.stderr):  # a terminal that lacks a glyph gets a question mark, not a trace

@@ -157,7 +157,7 @@ def _picture(out: Path, name: str, title: str, white: float) -> Shown:
     if not name:
         return Shown(title, note="no picture")
     try:
-        return Shown(title, address(tone_map(read_picture(_inside(out, name)).pixels, white)))
+        return Shown(title, address(tone_map(read_picture(inside(out, name)).pixels, white)))
     except NotabugError as error:
         return Shown(title, note=str(error))
 
@@ -166,12 +166,12 @@ def _heat(out: Path, name: str, title: str, pixels: int) -> Shown:
     if not name or not pixels:
         return Shown(title, note="empty")
     try:
-        return Shown(title, address(levels(read_picture(_inside(out, name)).pixels[:, :, 0])))
+        return Shown(title, address(levels(read_picture(inside(out, name)).pixels[:, :, 0])))
     except NotabugError as error:
         return Shown(title, note=str(error))
 
 
-def _inside(out: Path, name: str) -> Path:
+def inside(out: Path, name: str) -> Path:
     """A file of the run by its relative name; a record cannot make the report read anything else."""
     path = (out / name).resolve()
     if not path.is_relative_to(out.resolve()):
