@@ -59,6 +59,7 @@ class OpenGL:
     def declaration(self, quality: Quality) -> Declaration:
         point = grid(quality) == 1
         return Declaration(
+            hit_error=0.0,
             precision="float32",
             filter="point" if point else "box",
             radius=0.0 if point else 0.5,

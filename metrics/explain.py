@@ -264,11 +264,18 @@ def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Ex
             return replace(found, before=bare.significance.z)
         if found.significance.excess < 0.9 * best.significance.excess:
             best = found
+    for each in models:  # some act only beside others: the folds of a mesh that stands for a smooth one
+        if each not in (*useful, *best.models) and len(best.models) < LARGEST_SET and _helps(best, each, predict):
+            found = fit(measured, (*best.models, each), predict)
+            if not found.triggers:
+                return replace(found, before=bare.significance.z)
     return replace(best, before=bare.significance.z)
 
 
-def _helps(bare: Explanation, model: Model, predict: Predict) -> bool:
-    """Whether ``model`` moves any pixel that needs explaining."""
-    wrong = bare.significance.pixels
-    moved = (support(bare.target, predict((value,))) for value in model.values())
+def _helps(start: Explanation, model: Model, predict: Predict) -> bool:
+    """Whether ``model``, beside those of ``start``, moves any pixel that needs explaining."""
+    wrong = start.significance.pixels
+    beside = tuple(each for each in start.models if each.rule == "choice")
+    base = predict(beside)
+    moved = (support(base, predict((*beside, value))) for value in model.values())
     return not wrong.any() or any(bool((each & wrong).any()) for each in moved)

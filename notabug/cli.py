@@ -478,9 +478,7 @@ def gallery(
     from notabug.gallery.command import command
 
     every = variants is Variants.all
-    code = command(
-        runs or [], out, every_variant=every, with_models=models, step=step, bench=bench, white=white
-    )
+    code = command(runs or [], out, every_variant=every, with_models=models, step=step, bench=bench, white=white)
     raise typer.Exit(code)
 
 

@@ -147,9 +147,7 @@ def judge() -> Any:
     ``radius``, ``precision``, ``noisy`` and the other fields of ``notabug.adapters.base.Declaration``.
     """
 
-    def judge(
-        image: Any, *, scene: str, variant: dict[str, str] | None = None, **declaration: Any
-    ) -> Verdict:
+    def judge(image: Any, *, scene: str, variant: dict[str, str] | None = None, **declaration: Any) -> Verdict:
         from notabug.pytest_session import judged
 
         return judged(_listed(image), scene, variant or {}, declaration)
@@ -159,4 +157,3 @@ def judge() -> Any:
 
 def _listed(image: Any) -> Sequence[Any]:
     return image if isinstance(image, list | tuple) else [image]
-

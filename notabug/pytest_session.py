@@ -12,7 +12,6 @@ import numpy as np
 
 from notabug.adapters.base import Adapter, Declaration, Found, Quality, RendererMissingError
 from notabug.adapters.registry import adapter, adapters
-from notabug.crew import cores_here
 from notabug.expectation import BETTER
 from notabug.folders import sole_writer
 from notabug.gate import FailOn, Gate

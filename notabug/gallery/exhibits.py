@@ -95,7 +95,9 @@ def read_run(folder: Path) -> Run:
     return Run(folder.resolve().name, folder, document, results)
 
 
-def collect(runs: Sequence[Run], store: Store, *, every_variant: bool, with_models: bool, white: float) -> list[Exhibit]:
+def collect(
+    runs: Sequence[Run], store: Store, *, every_variant: bool, with_models: bool, white: float
+) -> list[Exhibit]:
     """Every exhibit of the corpus (default variants, or all that are stored) and of ``runs``, with its pictures."""
     found: dict[tuple[str, str], Exhibit] = {}
     for entry, variant in _corpus(every_variant):

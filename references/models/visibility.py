@@ -80,6 +80,8 @@ def _folded(mesh: Mesh) -> bool:
 
 
 def _fight(resolves: str, resolution: dict[str, float]) -> Model:
+    # a depth buffer alone casts no shadows: where a ball's back wins over its front it is not in the ball's shadow
+    seen = {"shadows": "none"} if resolves.startswith("depth") else {}
     return Model(
         name="coincident_surfaces",
         kind="limitation",
@@ -87,6 +89,6 @@ def _fight(resolves: str, resolution: dict[str, float]) -> Model:
         claim="of surfaces that coincide within the renderer's resolution another one wins from pixel to pixel",
         cites=_PAPER,
         options={"ties": "another", **resolution},
-        others=({"ties": "unlit", **resolution},),
+        others=({"ties": "unlit", **resolution}, {"ties": "next", **resolution, **seen}),
         when=("resolves", resolves),
     )

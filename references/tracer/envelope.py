@@ -36,8 +36,9 @@ class Options:
         are ``opaque``, or glass lets all light through, ``free``, or its share of it, ``glass``.
     whole_reflection : total internal reflection sends on all of the light, whatever mirror and transmission are.
     ties : of surfaces that float32 points cannot tell apart the ``nearest`` by rounding wins, or the ``first`` in the
-        scene; or of those within ``resolution`` of it ``another`` one; or the first, and it is ``unlit`` where there is
-        another. Unless the nearest wins, coincident surfaces do not shadow each other.
+        scene; or of those within ``resolution`` of it ``another`` one, the first in the scene or the ``next`` along the
+        ray; or the first, and it is ``unlit`` where there is another. Unless the nearest wins, coincident surfaces do
+        not shadow each other.
     resolution, near_resolution : what a renderer cannot tell apart along a ray: the first times distance and size, plus
         the second times the squared distance (a depth buffer's).
         Two faults: coincident surfaces have their ``blend``, or there is a ``hole``.
@@ -68,7 +69,7 @@ class Options:
     retroreflection: bool = False
     unreversed: bool = False
     transparent_shadows: Literal["attenuate", "opaque", "free", "glass"] = "attenuate"
-    ties: Literal["nearest", "first", "another", "unlit", "blend", "hole"] = "first"
+    ties: Literal["nearest", "first", "another", "unlit", "blend", "hole", "next"] = "first"
     resolution: float = 0.0
     near_resolution: float = 0.0
     whole_reflection: bool = False
@@ -99,7 +100,7 @@ class Options:
                 ("own", "primary", "lost").index(self.mirrored_highlight),
                 2 if self.unreversed else int(self.retroreflection),
                 ("attenuate", "opaque", "free", "glass").index(self.transparent_shadows),
-                ("nearest", "first", "another", "unlit", "blend", "hole").index(self.ties),
+                ("nearest", "first", "another", "unlit", "blend", "hole", "next").index(self.ties),
                 self.acne,
                 int(self.whole_reflection),
                 int(self.self_reflection),

@@ -138,7 +138,7 @@ def radiance(
             # of coincident surfaces the first of the scene wins; within the renderer's resolution another one may
             found = spheres.object[ball] if ball >= 0 and spheres is not None else flat.object[i]
             triangle, sphere, along, a0, a1, a2, winner = rival(
-                flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, -1, False, stack
+                flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, -1, 0, stack
             )
             if winner >= 0 and winner != found:
                 i, ball, t, b0, b1, b2, found = triangle, sphere, along, a0, a1, a2, winner
@@ -148,7 +148,7 @@ def radiance(
                 extent += type(dx)(number[NEAR_RESOLUTION]) * axial * t
                 triangle, sphere, along, a0, a1, a2, winner = rival(
                     flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found,
-                    flat.face[i] if i >= 0 else -1, True, stack,
+                    flat.face[i] if i >= 0 else -1, 2 if option[TIE] == 6 else 1, stack,
                 )  # fmt: skip
                 if winner >= 0:
                     between = max(between, abs(along - t))
@@ -156,7 +156,7 @@ def radiance(
                         continue
                     if option[TIE] == 4:
                         blend = flat.material[winner]
-                    if option[TIE] == 2:
+                    if option[TIE] == 2 or option[TIE] == 6:
                         i, ball, t, b0, b1, b2 = triangle, sphere, along, a0, a1, a2
                     unlit = option[TIE] == 3
         x, y, z = ox + t * dx, oy + t * dy, oz + t * dz
