@@ -71,13 +71,15 @@ def expose(group: Group) -> list[dict[str, Any]]:
                     "twin": want and _twin(group, scene, verdict),
                     "seconds": seconds,
                     "samples": (condition.samples or 1) * condition.seeds * scene.width * scene.height,
-                    "gates": {gate.name: gate.score(Pair(mean, reference, np.maximum(noise, 0.0))) for gate in gates()}
-                    if group.label != "clean" or not repeat
-                    else {},
+                    "gates": {} if group.label == "clean" and repeat else _gates(Pair(mean, reference, noise)),
                     "sequential": _sequential(group, scene, picture, declared) if name == NAMED[1] else None,
                 }
             )
     return records
+
+
+def _gates(pair: Pair) -> dict[str, float]:
+    return {gate.name: gate.score(pair) for gate in gates()}
 
 
 def said(verdict: Verdict) -> dict[str, Any]:
