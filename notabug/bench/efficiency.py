@@ -105,6 +105,12 @@ def measure(lines: Sequence[Line], repeats: int, note: Note = lambda _: None) ->
     truths: dict[str, Envelope] = {}
     trials = {(i, j): _Trials() for i, line in enumerate(lines) for j in range(len(line.settings))}
     failed: dict[int, str] = {}
+    for i, line in enumerate(lines):  # what is compiled once and kept on disk is no renderer's cost
+        try:
+            _start(line.settings[0], 0)
+        except (RendererError, UnsupportedError) as error:
+            failed[i] = error.what
+            note(f"{line.scene}, {line.renderer}: {error.what}")
     for repeat in range(repeats):
         starts: dict[int, Cost] = {}
         for j in range(max(len(line.settings) for line in lines)):
