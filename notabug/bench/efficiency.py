@@ -232,7 +232,8 @@ def slope(x: Sequence[float], y: Sequence[float]) -> float | None:
         return None
     u, v = np.array(usable).T
     u, v = u - u.mean(), v - v.mean()
-    return round(float((u * v).sum() / (u * u).sum()), 6)
+    gradient = float((u * v).sum()) / float((u * u).sum())
+    return round(gradient, 6)
 
 
 def time_to(places: Sequence[Place], target: float) -> float | None:
