@@ -16,9 +16,11 @@ import numpy as np
 from notabug.references.models.model import Model
 from notabug.references.tracer.envelope import Envelope, Options, trace_envelope
 from notabug.references.tracer.jit import cache_root, source_hash
+from notabug.scenes_usd import triangulate
 from notabug.scenes_usd.scene import Scene
 
-SOURCE_HASH = source_hash(Path(__file__).parent)
+# What an envelope is computed by: the tracer, and the cutting of polygons into triangles.
+SOURCE_HASH = source_hash(Path(__file__).parent / "tracer") + source_hash(Path(triangulate.__file__).parent)
 CACHE_BYTES = 2 << 30  # the oldest envelopes go when the cache grows beyond this
 
 
@@ -34,8 +36,8 @@ def configured(scene: Scene, models: Iterable[Model]) -> tuple[Scene, Options]:
 def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) -> Envelope:
     """The envelope of ``scene`` under ``models`` (none: the reference), from the cache where it is there.
 
-    The cache's key is the configured scene's contents, the switches, the source of everything below ``references`` and
-    the versions of numba and numpy; its values are float32 (relative error 6e-8, far below any tolerance).
+    The cache's key is the configured scene's contents, the switches, the sources that compute it and the versions of
+    numba and numpy; its values are float32 (relative error 6e-8, far below any tolerance).
     """
     configured_scene, options = configured(scene, models)
     key = hashlib.blake2b(digest_size=16)
