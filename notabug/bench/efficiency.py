@@ -245,7 +245,7 @@ def time_to(places: Sequence[Place], target: float) -> float | None:
             if last is None or last.errors["relmse"] <= error or last.cpu_net <= 0.0 or error <= 0.0:
                 return each.cpu_net
             share = math.log(last.errors["relmse"] / target) / math.log(last.errors["relmse"] / error)
-            return last.cpu_net * (each.cpu_net / last.cpu_net) ** share
+            return last.cpu_net * math.exp(share * math.log(each.cpu_net / last.cpu_net))
         last = each
     return None
 

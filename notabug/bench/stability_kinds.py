@@ -102,7 +102,7 @@ def kinds(picture: Floats, seen: Floats, of: Truth, declaration: Declaration) ->
             count[kind] = count.get(kind, 0) + number
         left &= ~mask
 
-    book("non-finite", ~np.isfinite(picture).all(axis=2))
+    book("non-finite", np.asarray(~np.isfinite(picture).all(axis=2)))
     amiss = wrong(seen, of.headlit, declaration) & left
     close = max(1, round(NEAR_EDGE * picture.shape[1]))
     outline = _within(edges(of.headlit), close)
@@ -127,7 +127,7 @@ def kinds(picture: Floats, seen: Floats, of: Truth, declaration: Declaration) ->
         book("lost shadow", cleared)
     else:
         book("displaced shadow", np.asarray(cleared | (light & ~bright & border & bool(cleared.any()))))
-    book("acne", light & ~bright)
+    book("acne", np.asarray(light & ~bright))
     book("wrong shade", left.copy())
     return count
 

@@ -64,7 +64,9 @@ def test_relmse_of_a_constant_factor() -> None:
         ("float64", 2.0**-24, True, "float32 output of float64 arithmetic"),
     ],
 )
-def test_the_floor_is_the_number_format(of: Envelope, precision: str, quantum: float, relative: bool, cause: str) -> None:
+def test_the_floor_is_the_number_format(
+    of: Envelope, precision: str, quantum: float, relative: bool, cause: str
+) -> None:
     declared = Declaration(precision, "point", 0.0, quantum, relative, noisy=False)  # type: ignore[arg-type]
     if not relative:
         written = np.round(of.point / quantum) * quantum

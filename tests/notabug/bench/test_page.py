@@ -38,14 +38,14 @@ def test_the_page_holds_plot_words_and_numbers(out: Path) -> None:
     assert "first breaks at 50 units (acne), at the predicted 60." in text
     assert "<script>" not in text
     assert "&lt;script&gt;" in text
-    assert "<h2 id=\"efficiency\"" not in text
+    assert '<h2 id="efficiency"' not in text
 
 
 def test_the_plots_are_files_of_their_own_and_the_same_every_time(out: Path) -> None:
     page.draw(out)
     (plot,) = (out / "plots").glob("*.svg")
     first = plot.read_bytes()
-    ElementTree.fromstring(first)  # noqa: S314 - our own file
+    ElementTree.fromstring(first)
     page.draw(out)
     assert plot.read_bytes() == first
     assert PALETTE[0].lower() in first.decode().lower()
@@ -62,7 +62,7 @@ def test_words_tell_agreement_from_disagreement() -> None:
 def test_labels_do_not_overlap(tmp_path: Path) -> None:
     curves = [Curve(f"line {k}", (1.0, 10.0), (0.5, 0.5)) for k in range(9)]
     path = draw(curves, tmp_path / "p.svg", "x", "y")
-    tree = ElementTree.parse(path)  # noqa: S314 - our own file
+    tree = ElementTree.parse(path)
     found = {}
     for each in tree.iter("{http://www.w3.org/2000/svg}text"):
         if (each.text or "").startswith("line"):
