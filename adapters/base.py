@@ -9,7 +9,7 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from notabug.references.models.acne import C, ROUNDOFF
+from notabug.references.models.acne import ROUNDOFF, C
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 

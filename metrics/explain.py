@@ -7,7 +7,7 @@ their support, the segment from there to their own picture: V = B - R, alpha = c
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 
@@ -24,12 +24,15 @@ from notabug.metrics.significance import Significance, significance
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
+Explained = tuple[Admissible, Floats, Bools, float]
+"""An admissible set, the share alpha (h, w) of a model in it, its support (h, w), and its freedom."""
 Predict = Callable[[tuple[Model, ...]], Admissible]
 """What a set of models admits, for one scene and one renderer's declaration."""
 
 MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
+LEAST_ANYTHING = 0.05  # a fault that may do anything is none that touches less than this of its support
 LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
 MOST_ALIKE = 0.3  # correlation of neighbours' differences; a blot's is above .5
 
@@ -51,7 +54,6 @@ class Explanation:
     significance: Significance
     nuisance: Nuisance  # fitted only where nothing else is wrong
     before: Floats  # (h, w) z of the picture against the reference alone
-    supports: dict[str, Bools] = field(default_factory=dict)  # (h, w) where each ``partial`` or ``set`` may act
 
     @property
     def triggers(self) -> tuple[str, ...]:
@@ -75,23 +77,23 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
     }
     freedom = 0.0
     excluded = np.zeros(measured.mean.shape[:2], np.bool_)
-    supports: dict[str, Bools] = {}
     for each in applied:
         if each.rule != "choice":
             values = [predict((*chosen, value)) for value in each.values()]
-            explained = {"set": _mixture, "partial": _segment, "any": _anything}[each.rule]
+            explained: Callable[..., Explained] = _RULES[each.rule]
+            if each.kind == "limitation" and each.rule == "set":
+                explained = partial(_mixed, explained)
             if each.grain:
                 explained = partial(_grained, explained)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
-            supports[each.name] = within
             excluded |= within
             freedom += length
     r = residual(measured.mean, target)
     found = significance(r, measured, target)
     nearest = np.where(found.pixels[..., None], np.clip(measured.mean, target.lo, target.hi), measured.mean)
     global_fit = Nuisance() if found.triggers else nuisance(measured, target, excluded)
-    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z, supports)
+    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z)
 
 
 def support(bare: Admissible, other: Admissible) -> Bools:
@@ -99,7 +101,7 @@ def support(bare: Admissible, other: Admissible) -> Bools:
     return np.asarray(largest(np.abs(other.value - bare.value) - np.maximum(bare.tau, other.tau)) > 0)
 
 
-def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Explained:
     """The admissible set between ``base`` and ``limited``: (set, alpha (h, w), support (h, w), freedom)."""
     v = limited.value - base.value
     within = support(base, limited)
@@ -125,11 +127,10 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple
     return target, area, within, float(np.sqrt(square[within]).sum() / within.size)
 
 
-def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
     """The admissible set where each sample takes the value of ``base`` or one of ``values``: as in ``_segment``.
 
-    At pixel centres the picture must take one of the values; where samples are averaged, anything between them. A rule
-    of the whole: the values are mixed. A picture that takes the same one nearly everywhere is a choice, not chance.
+    At pixel centres the picture must take one of the values; where samples are averaged, anything between them.
     """
     within = support(base, values[0])
     for each in values[1:]:
@@ -157,29 +158,35 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> tuple
     hi = np.where(at, np.maximum.reduce([each.hi for each in everything]), np.where(within[..., None], value, base.hi))
     tau = np.where(within[..., None], np.maximum.reduce([each.tau for each in everything]), base.tau)
     target = Admissible(value, lo, hi, tau, edge, base.share, base.share_is_point)
-    if within.any() and not LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED:
-        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     length = np.sqrt(total((values[0].value - base.value) ** 2))
     return target, alpha, within, float(length[within].sum() / within.size)
 
 
-def _anything(measured: Measured, base: Admissible, *values: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
     """The admissible set where a picture may show anything in the support of ``values``: as in ``_segment``."""
     within = np.logical_or.reduce([support(base, each) for each in values])
     at = within[..., None]
     value = np.where(at, measured.mean, base.value)
     lo, hi = np.where(at, value, base.lo), np.where(at, value, base.hi)
     alpha = (within & (largest(np.abs(measured.mean - base.value) - base.tau) > 0)).astype(np.float64)
-    length = float(alpha.sum()) * max(1.0, float(base.value.max(initial=0.0)))  # more than any list of values has
+    if within.any() and float(alpha[within].mean()) < LEAST_ANYTHING:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    length = float(within.sum())  # more than any list of values has: theirs is a mean over the picture
     return replace(base, value=value, lo=lo, hi=hi), alpha, within, length
 
 
+def _mixed(explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible) -> Explained:
+    """What ``explained`` admits, if it is a mixture: one value nearly everywhere is a choice, not chance."""
+    found = explained(measured, base, *values)
+    _, alpha, within, _ = found
+    if within.any() and not LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    return found
+
+
 def _grained(
-    explained: Callable[..., tuple[Admissible, Floats, Bools, float]],
-    measured: Measured,
-    base: Admissible,
-    *values: Admissible,
-) -> tuple[Admissible, Floats, Bools, float]:
+    explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible
+) -> Explained:
     """What ``explained`` admits, if it is dots: shares alpha that differ from those around them, each by itself.
 
     A half-dark band and a black blot are no acne. In a mean over many samples dots are small deviations, but still
@@ -196,6 +203,9 @@ def _grained(
     if alike > MOST_ALIKE * power:
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     return found
+
+
+_RULES: dict[str, Callable[..., Explained]] = {"set": _mixture, "partial": _segment, "any": _anything}
 
 
 def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:

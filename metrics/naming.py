@@ -17,6 +17,7 @@ from notabug.references.models.model import Model
 
 REMAINS = 0.15  # a name may leave this much of the bug leg: right ones leave .08, a gamma in the place of an albedo .18
 SAME = 0.97  # correlation from which two pictures show the same scene
+HELPS = 0.9  # a fault that leaves more of the bug leg has no part in it
 NOTHING = 0.02  # what a name leaves where two renderers see different surfaces at an edge
 OTHER = 0.7  # and below which they do not
 
@@ -53,13 +54,18 @@ def name_bug(
         for cause in causes(measured, target):
             left = significance(residual(measured.mean, cause.target), measured, cause.target)
             tried.append(Name(cause.name, cause.message, left.excess / length))
-    for fault in faults:
-        for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
-            left = fit(measured, models, predict, (fault,))
-            excess = left.significance.excess
-            tried.append(Name(fault.name, fault.claim, excess / length, left.freedom))
-            if excess == 0:
-                break
+    open_faults = list(faults)
+    for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
+        helpful = []
+        for fault in open_faults:
+            fitted = fit(measured, models, predict, (fault,))
+            tried.append(Name(fault.name, fault.claim, fitted.significance.excess / length, fitted.freedom))
+            if tried[-1].remains < HELPS:
+                helpful.append(fault)
+        if min((each.remains for each in tried), default=1.0) < NOTHING:
+            break
+        if not models:  # a fault that explains nothing by itself explains nothing beside a limitation
+            open_faults = helpful
     # of names that leave next to nothing, the one that could have explained the least else
     best = min(tried, key=lambda each: (max(each.remains, NOTHING), each.freedom), default=None)
     if best is not None and best.remains < REMAINS:

@@ -29,8 +29,8 @@ class Model:
     kind : ``limitation`` (a legitimate approximation), ``convention`` (a choice where renderers legitimately differ),
         ``fault`` (a coding error).
     rule : what a limitation admits: ``choice`` all or nothing for a whole object, ``partial`` any value between
-        reference and limited picture, ``set`` a mixture of listed values. Faults are ``choice``, ``set``, or ``any``: whatever it is
-        that a picture shows where the model differs from the reference.
+        reference and limited picture, ``set`` a mixture of listed values. Faults are ``choice``, ``set``, or ``any``:
+        whatever it is that a picture shows where the model differs from the reference.
     claim : what happens, in one sentence.
     cites : where it is described.
     edit : how the scene is changed before it is rendered; sees ``Scene.intent`` still in place.

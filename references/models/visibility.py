@@ -34,6 +34,13 @@ def models(scene: Scene) -> Iterator[Model]:
     # with near at 1 the rounding shrinks with the depth, to 2^-24 of it
     yield _fight("depth_reversed32", {"resolution": 2 * FLOAT["float32"]})
     yield Model(
+        name="another_winner",
+        kind="convention",
+        claim="of surfaces that coincide exactly another one than the scene's first is seen, and always the same",
+        cites=_PAPER,
+        options={"ties": "another"},
+    )
+    yield Model(
         name="colour_of_neither",
         kind="fault",
         rule="any",

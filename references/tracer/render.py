@@ -99,6 +99,7 @@ def radiance(
             continue
         unlit, blend = False, -1
         extent = flat.radius * type(dx)(EXACT) + type(dx)(32) * unit * t
+        between = extent
         if option[TIE] > 0:
             # of coincident surfaces the first of the scene wins; within the renderer's resolution another one may
             found = spheres.object[ball] if ball >= 0 and spheres is not None else flat.object[i]
@@ -115,6 +116,7 @@ def radiance(
                     flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, True, stack
                 )
                 if winner >= 0:
+                    between = max(between, abs(along - t))
                     if option[TIE] == 5:  # a hole: the fault of losing both
                         continue
                     if option[TIE] == 4:
@@ -228,7 +230,7 @@ def radiance(
                     dark = True
             begin = start
             if option[TIE] > 0:  # what coincides with this surface does not shadow it
-                begin += type(dx)(4) * extent / max(abs(gx * lx + gy * ly + gz * lz), type(dx)(0.001))
+                begin += type(dx)(4) * between / max(abs(gx * lx + gy * ly + gz * lz), type(dx)(0.001))
             if dark:
                 share = zero
             elif option[SHADOWS] != 2 and nl > 0:  # behind, an uncut highlight belongs to a shader without shadows
@@ -290,7 +292,8 @@ def radiance(
                 elif pending < PENDING:
                     s = eta * nv - math.sqrt(k2)
                     pending = _push(
-                        rays, pending, sx - beside * gx, sy - beside * gy, sz - beside * gz, s * nx - eta * vx, s * ny - eta * vy, s * nz - eta * vz,
+                        rays, pending, sx - beside * gx, sy - beside * gy, sz - beside * gz,
+                        s * nx - eta * vx, s * ny - eta * vy, s * nz - eta * vz,
                         wr * c[4], wg * c[5], wb * c[6], generation + PASSAGES, face, -1,
                     )  # fmt: skip
             if depth < BOUNCES and (mr > 0 or mg > 0 or mb > 0) and pending < PENDING:

@@ -1,9 +1,10 @@
 """Where a ray that leaves a surface starts: the rules that keep it from meeting that surface again.
 
-A hit point is off its surface by rounding. ``exact``, the reference's rule, leaves out the facet that a ray starts on;
-what renderers do is one of the others. ``ABSOLUTE`` and ``RELATIVE`` pass over hits nearer than an epsilon (Haines 1989),
-``ERROR_BOUND`` starts at a point computed from the facet itself, and beside it by that point's own error (Pharr, Jakob
-and Humphreys 2023, Physically Based Rendering, section 6.8). ``NONE`` does nothing and shows why something must be done.
+A hit point is off its surface by rounding. ``EXACT``, the reference's rule, leaves out the facet that a ray starts on;
+what renderers do is one of the others. ``ABSOLUTE`` and ``RELATIVE`` pass over hits nearer than an epsilon (Haines
+1989), ``ERROR_BOUND`` starts at a point computed from the facet itself, and beside it by that point's own error (Pharr,
+Jakob and Humphreys 2023, Physically Based Rendering, section 6.8). ``NONE`` does nothing and shows what the others are
+there for.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ def clearance(flat, rule, epsilon, unit, x, y, z):
 
 @kernel
 def bounded(flat, spheres, i, ball, b0, b1, b2, x, y, z, gx, gy, gz, unit):
-    """The hit on triangle ``i`` or sphere ``ball`` anew, and how far along +-g a ray must start beside it: (x, y, z, d).
+    """The hit on triangle ``i`` or sphere ``ball`` anew, and how far along g a ray must start beside it: (x, y, z, d).
 
     Barycentric coordinates give a point of the facet within gamma(7) of its terms, whatever distance the ray has come;
     on a sphere the point is moved onto it, within gamma(5), and its two maps add gamma(3) each.

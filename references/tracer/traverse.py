@@ -257,12 +257,12 @@ def transmittance(
 ):
     """The share of light that reaches (ox, oy, oz) along a unit direction, and whether facets of its own were forgiven.
 
-    ``triangle`` and ``sphere`` (or -1) are what the point lies on; the sphere is never hit, and the triangle's face not
-    if the ray ``leaves`` it exactly. ``forgive`` is the reference: where the facet turns its back to the light (the interpolated normal does not, or nobody would ask), its
-    ray runs beneath the surface. Then hits on the same mesh are passed over where ``excused`` says so, and light into a
-    ``hollow`` is held back; both count as forgiven. ``side`` is -1 where the point is seen from behind, ``slope`` its
-    N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or as ``transparent`` has it
-    (see ``let_through``).
+    ``triangle`` and ``sphere`` (or -1) are what the point lies on; the sphere is never hit, nor is the triangle's face
+    if the ray ``leaves`` it exactly. ``forgive`` is the reference: where the facet turns its back to the light (the
+    interpolated normal does not, or nobody would ask), its ray runs beneath the surface. Then hits on the same mesh are
+    passed over where ``excused`` says so, and light into a ``hollow`` is held back; both count as forgiven. ``side`` is
+    -1 where the point is seen from behind, ``slope`` its N'.L. Each crossing of a surface with opacity attenuates by
+    1 - opacity, or as ``transparent`` has it (see ``let_through``).
     """
     one, zero = type(dx)(1), type(dx)(0)
     light = one

@@ -19,6 +19,9 @@ NOISY = Quality(samples=64, seeds=(0, 1, 2, 3))
 
 SPHERE = ("light_gain", "no_shadow", "flat_normals", "normals_not_normalised")
 QUAD = ("light_gain", "affine_uv", "swapped_uv", "flipped_v", "shifted_uv")
+NEAR = {  # see test_near_faults.py
+    "no_epsilon", "epsilon_too_large", "epsilon_not_scaled", "colour_of_neither", "hole", "loser_wins",
+}  # fmt: skip
 CARD = ("light_gain", "swapped_uv", "flipped_v", "shifted_uv")
 IDLE = {  # faults that cannot act: nothing there casts a shadow, and a card straight on has no perspective
     "texture/uneven_quad": ("no_shadow",),
@@ -44,7 +47,7 @@ def test_every_fault_is_tried() -> None:
     from notabug.scenes_usd.reader import read_scene
 
     for name, variants, faults in PLACES:
-        known = {each.name for each in models(read_scene(name, variants)) if each.kind == "fault"}
+        known = {each.name for each in models(read_scene(name, variants)) if each.kind == "fault"} - NEAR
         assert known == set(faults) | set(IDLE.get(name, ())), name
 
 
