@@ -105,6 +105,12 @@ def measure(lines: Sequence[Line], repeats: int, note: Note = lambda _: None) ->
     truths: dict[str, Envelope] = {}
     trials = {(i, j): _Trials() for i, line in enumerate(lines) for j in range(len(line.settings))}
     failed: dict[int, str] = {}
+    for i, line in enumerate(lines):  # what is compiled once and kept on disk is no renderer's cost
+        try:
+            _start(line.settings[0], 0)
+        except (RendererError, UnsupportedError) as error:
+            failed[i] = error.what
+            note(f"{line.scene}, {line.renderer}: {error.what}")
     for repeat in range(repeats):
         starts: dict[int, Cost] = {}
         for j in range(max(len(line.settings) for line in lines)):
@@ -226,7 +232,8 @@ def slope(x: Sequence[float], y: Sequence[float]) -> float | None:
         return None
     u, v = np.array(usable).T
     u, v = u - u.mean(), v - v.mean()
-    return round(float((u * v).sum() / (u * u).sum()), 6)
+    gradient = float((u * v).sum()) / float((u * u).sum())
+    return round(gradient, 6)
 
 
 def time_to(places: Sequence[Place], target: float) -> float | None:
@@ -238,7 +245,7 @@ def time_to(places: Sequence[Place], target: float) -> float | None:
             if last is None or last.errors["relmse"] <= error or last.cpu_net <= 0.0 or error <= 0.0:
                 return each.cpu_net
             share = math.log(last.errors["relmse"] / target) / math.log(last.errors["relmse"] / error)
-            return last.cpu_net * (each.cpu_net / last.cpu_net) ** share
+            return last.cpu_net * math.exp(share * math.log(each.cpu_net / last.cpu_net))
         last = each
     return None
 

@@ -14,7 +14,7 @@ from notabug.bench.efficiency import Line, Setting
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 
-SIDE = 96
+SIDE = 64
 CLASSES = (
     *("acne/sphere", "terminator/sphere", "phong/lobes", "separation/cutoff", "mirror/corner"),
     *("visibility/near_clip", "texture/perspective_floor"),
@@ -32,17 +32,17 @@ Renderer = tuple[str, Adapter, tuple[int, ...], tuple[float, str]]
 
 def renderers(*, quick: bool = False) -> list[Renderer]:
     """(name, adapter, samples, theory) of those that are installed."""
-    few = (4, 16) if quick else (4, 16, 64, 256)
+    few = (4, 16) if quick else (4, 16, 64)
     found: list[Renderer] = [
         ("inhouse float64", InHouse(), few, RANDOM),
         ("inhouse float32", InHouse(precision="float32"), few, RANDOM),
     ]
     if _there(PovRay()):
-        found.append(("povray", PovRay(), few[:3], GRID))
+        found.append(("povray", PovRay(), few, GRID))
     if _there(Mitsuba()):
-        found.append(("mitsuba scalar", Mitsuba(variant="scalar_rgb"), few[:2] if quick else few[:3], RANDOM))
+        found.append(("mitsuba scalar", Mitsuba(variant="scalar_rgb"), few, RANDOM))
         if find_library().path is not None:
-            found.append(("mitsuba llvm", Mitsuba(variant="llvm_ad_rgb"), few, RANDOM))
+            found.append(("mitsuba llvm", Mitsuba(variant="llvm_ad_rgb"), few if quick else (*few, 256), RANDOM))
     return found
 
 
