@@ -29,8 +29,6 @@ TEXTS = (
     ("fail-on", "any or visible: which bugs fail.", "any"),
     ("strict", "true or false: what is better than accepted fails too.", "true"),
 )
-BENCH = pytest.StashKey["Bench"]()
-SEEN = pytest.StashKey["list[dict[str, Any]]"]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -48,9 +46,14 @@ def setting(config: pytest.Config, name: str) -> str:
     return str(config.getini(dest) if given is None else given).strip()
 
 
+def settings(config: pytest.Config) -> dict[str, str]:
+    """Every setting by its name as a word of Python."""
+    return {name.replace("-", "_"): setting(config, name) for name, _, _ in TEXTS}
+
+
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "notabug: a scene drawn by a renderer and judged")
-    config.stash[SEEN] = []
+    config.pluginmanager.register(Records(config), "notabug-records")
 
 
 @pytest.hookimpl(tryfirst=True)  # before -k and -m choose among the items
@@ -65,9 +68,8 @@ def _items(session: pytest.Session, config: pytest.Config) -> Iterator[pytest.It
     from notabug.pytest_session import Bench
     from notabug.scenes_usd.errors import NotabugError
 
-    settings = {name.replace("-", "_"): setting(config, name) for name, _, _ in TEXTS}
     try:
-        bench = config.stash[BENCH] = Bench.prepare(settings)
+        bench = Bench.prepare(settings(config))
     except (NotabugError, ValueError) as error:
         raise pytest.UsageError(f"notabug: {error}") from None
     for name in bench.names():
@@ -114,28 +116,23 @@ def pytest_runtest_makereport(
     return report
 
 
-@pytest.hookimpl
-def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    record = getattr(report, "notabug", None)
-    if record is not None and _CONFIG:
-        _CONFIG[-1].stash[SEEN].append(record)
+class Records:
+    """Gathers the results where all reports arrive, which is not in a worker, and writes run.json and the page."""
 
+    def __init__(self, config: pytest.Config) -> None:
+        self._config = config
+        self._records: list[dict[str, Any]] = []
 
-_CONFIG: list[pytest.Config] = []  # that hook gets no config; pytester nests sessions, so the last one is ours
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        record = getattr(report, "notabug", None)
+        if record is not None:
+            self._records.append(record)
 
+    def pytest_sessionfinish(self) -> None:
+        if self._records and not hasattr(self._config, "workerinput"):
+            from notabug.pytest_session import Bench
 
-def pytest_sessionstart(session: pytest.Session) -> None:
-    _CONFIG.append(session.config)
-
-
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Write run.json and the page: where all reports arrive, which is not in a worker."""
-    config = _CONFIG.pop() if _CONFIG else session.config
-    if config.stash[SEEN] and not hasattr(config, "workerinput"):
-        from notabug.pytest_session import Bench
-
-        settings = {name.replace("-", "_"): setting(config, name) for name, _, _ in TEXTS}
-        Bench.prepare(settings).write(config.stash[SEEN])
+            Bench.prepare(settings(self._config)).write(self._records)
 
 
 @pytest.fixture

@@ -18,8 +18,8 @@ from notabug.gate import FailOn, Gate
 from notabug.judging import declare
 from notabug.metrics.judge import judge
 from notabug.metrics.verdict import Verdict
-from notabug.outcome import others
 from notabug.record import Result
+from notabug.references.store import others
 from notabug.report.page import draw
 from notabug.report.sentence import sentence
 from notabug.run import Calibrated, Plan, Run, Silent, Task, calibrate, perform
@@ -141,13 +141,10 @@ def judged(images: Sequence[Any], source: str, variants: Mapping[str, str], decl
 
 def _picture(image: Any) -> Picture:
     if isinstance(image, np.ndarray):
-        return Picture(np.asarray(image, np.float32), 2.0**-24, relative_quantum=True)
+        return Picture(np.asarray(image, np.float32), image.shape[-1], 2.0**-24, relative_quantum=True, metadata={})
     return read_picture(Path(image))
 
 
 def _words(text: str) -> list[str]:
-    return list(dict.fromkeys(text.replace("\n", " ").split())) if "," not in text else _split(text)
-
-
-def _split(text: str) -> list[str]:
-    return list(dict.fromkeys(text.replace(",", " ").split()))
+    """The words of a setting, one a line or all in one."""
+    return list(dict.fromkeys(text.split()))

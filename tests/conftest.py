@@ -27,6 +27,8 @@ def _trust_our_own_scenes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[
     del os.environ["NOTABUG_TRUST"]
 
 
+pytest_plugins = ["pytester"]
+
 Installed = TypeVar("Installed", bound=Adapter)
 
 
