@@ -19,10 +19,11 @@ def command(
     step: int,
     bench: Path | None,
     white: float,
+    only: Sequence[str],
 ) -> ExitCode:
     """Write the gallery and print its first page."""
     page = build(
-        runs, out, every_variant=every_variant, with_models=with_models, step=step, bench=bench, white=white
+        runs, out, every_variant=every_variant, with_models=with_models, step=step, bench=bench, white=white, only=only
     )
     size = sum(each.stat().st_size for each in out.rglob("*") if each.is_file())
     print(page)

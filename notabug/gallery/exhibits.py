@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -95,7 +96,15 @@ def read_run(folder: Path) -> Run:
     return Run(folder.resolve().name, folder, document, results)
 
 
-def collect(runs: Sequence[Run], store: Store, *, every_variant: bool, with_models: bool, white: float) -> list[Exhibit]:
+def collect(
+    runs: Sequence[Run],
+    store: Store,
+    *,
+    every_variant: bool,
+    with_models: bool,
+    white: float,
+    only: Sequence[str] = (),
+) -> list[Exhibit]:
     """Every exhibit of the corpus (default variants, or all that are stored) and of ``runs``, with its pictures."""
     found: dict[tuple[str, str], Exhibit] = {}
     for entry, variant in _corpus(every_variant):
@@ -103,6 +112,8 @@ def collect(runs: Sequence[Run], store: Store, *, every_variant: bool, with_mode
     for run in runs:
         for result in run.results:
             found.setdefault((result.scene, result.variant), _exhibit(result.scene, result.variant, result.claim))
+    if only:
+        found = {key: each for key, each in found.items() if any(fnmatchcase(each.scene, glob) for glob in only)}
     for exhibit in found.values():
         _fill(exhibit, runs, store, with_models=with_models, white=white)
     return [each for each in found.values() if each.pictures or each.drawn]
