@@ -10,25 +10,23 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
-import jinja2
 import numpy as np
 
-from notabug import __version__
 from notabug.gallery.exhibits import Exhibit, Run, collect, document, own_models, read_run, scene_of
 from notabug.gallery.remedies import remedies
 from notabug.gallery.store import Store
 from notabug.gallery.taxonomy import Kind, taxonomy
+from notabug.gallery.templating import environment
 from notabug.gallery.terms import terms
 from notabug.gallery.trend import trends
-from notabug.metrics.verdict import GLYPH
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
 from notabug.references.tracer.envelope import Options, trace_picture
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
-from notabug.words import STYLE, number, readable
+from notabug.words import STYLE
 
-ASSETS = ("gallery.css", "gallery.js", "flip.js", "shader.js", "viewer.js", "vendor/exr.js", "vendor/LICENSES.txt")
+ASSETS = ("base.css", "gallery.css", "gallery.js", "flip.js", "shader.js", "viewer.js", "vendor/exr.js", "vendor/LICENSES.txt")
 
 # Pages may load their own scripts, style and small pictures, and nothing else. Chromium takes 'self' on a page from
 # disk for no origin at all, so the scheme is named as well.
@@ -38,11 +36,6 @@ POLICY = (
 )
 
 _WORST = {word: at for at, word in enumerate(("bug", "error", "inconclusive", "limitation", "pass", "unsupported"))}
-RULES = {
-    "choice": "I = R or I = M, whole",
-    "partial": "I = R + α (M − R), 0 ≤ α ≤ 1 in each pixel",
-    "set": "each sample takes R or one of M₁, M₂ …",
-}
 
 
 def build(
@@ -78,22 +71,6 @@ def build(
         store.text(f"assets/{name}", files("notabug.gallery").joinpath("static", name).read_text(encoding="utf-8"))
     store.sweep()
     return out / "index.html"
-
-
-def environment() -> jinja2.Environment:
-    """The templates of the gallery and of a run's report: one family."""
-    made = jinja2.Environment(
-        loader=jinja2.ChoiceLoader(
-            [jinja2.PackageLoader("notabug.gallery", "templates"), jinja2.PackageLoader("notabug", "report")]
-        ),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    made.filters |= {"number": number, "readable": readable}
-    made.globals |= {"glyphs": GLYPH, "words": list(STYLE), "rules": RULES, "version": __version__}
-    return made
 
 
 def _pages(
