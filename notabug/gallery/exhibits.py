@@ -255,7 +255,9 @@ def _error(run: Run, result: Result, reference: Floats) -> tuple[Floats, str]:
         return tolerance, "tolerances"
     if measured is None or not measured.noisy:
         return tolerance, "tolerances"
-    return np.maximum(np.sqrt(measured.variance.max(axis=2, keepdims=True)), 0.02 * tolerance), "standard errors"
+    error = np.sqrt(measured.variance.max(axis=2, keepdims=True))
+    rounding = 2.0**-11 * np.abs(reference).max(axis=2, keepdims=True)  # of the half floats that are shown
+    return np.maximum.reduce([error, 0.02 * tolerance, rounding]), "standard errors"
 
 
 def _entry(name: str, title: str, kind: str, file: str, pixels: Floats) -> dict[str, Any]:

@@ -26,7 +26,16 @@ from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
 from notabug.words import STYLE
 
-ASSETS = ("base.css", "gallery.css", "gallery.js", "flip.js", "shader.js", "viewer.js", "vendor/exr.js", "vendor/LICENSES.txt")
+ASSETS = (
+    "base.css",
+    "gallery.css",
+    "gallery.js",
+    "flip.js",
+    "shader.js",
+    "viewer.js",
+    "vendor/exr.js",
+    "vendor/LICENSES.txt",
+)
 
 # Pages may load their own scripts, style and small pictures, and nothing else. Chromium takes 'self' on a page from
 # disk for no origin at all, so the scheme is named as well.

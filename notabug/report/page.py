@@ -66,16 +66,20 @@ def draw(out: Path, white: float = 1.0) -> Path:
         row.cells[each.renderer] = _cell(out, each, white)
         if not row.reference.address:
             row.reference = _picture(out, each.images.get("reference", ""), "reference", white)
-    page = environment().get_template("page.html").render(
-        css=Markup(_style()),  # noqa: S704 - our own file, not input
-        viewer=Markup(_asset("viewer.html")),  # noqa: S704
-        policy=_policy(),
-        document=document,
-        renderers=names,
-        rows=list(rows.values()),
-        counts=[(word, sum(each.verdict.word == word for each in results)) for word in STYLE],
-        summary=tally(each.verdict.word for each in results),
-        white=white,
+    page = (
+        environment()
+        .get_template("page.html")
+        .render(
+            css=Markup(_style()),  # noqa: S704 - our own file, not input
+            viewer=Markup(_asset("viewer.html")),  # noqa: S704
+            policy=_policy(),
+            document=document,
+            renderers=names,
+            rows=list(rows.values()),
+            counts=[(word, sum(each.verdict.word == word for each in results)) for word in STYLE],
+            summary=tally(each.verdict.word for each in results),
+            white=white,
+        )
     )
     target = out / "report.html"
     write_text(target, page)

@@ -361,7 +361,7 @@
     if (state.tone !== "srgb") said.tone = state.tone;
     if (state.ch !== "C") said.ch = state.ch;
     if (kept && at) said.at = at.join();
-    if (view.moved) said.view = [view.zoom, view.x, view.y].map((each) => Number(each.toPrecision(5))).join();
+    if (view.moved) said.view = [view.zoom, view.x, view.y].map((each) => Number(each.toPrecision(9))).join();
     history.replaceState(null, "", `#${new URLSearchParams(said)}`);
   }
   function fromAddress() {

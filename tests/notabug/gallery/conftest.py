@@ -38,7 +38,14 @@ def every_kind_of_half() -> npt.NDArray[np.float32]:
 
 def write_run(out: Path, results: list[Result]) -> Path:
     out.mkdir(parents=True, exist_ok=True)
-    tool: dict[str, Any] = {"name": "notabug", "version": "0", "code": "0", "python": "3", "platform": "p", "libraries": {}}
+    tool: dict[str, Any] = {
+        "name": "notabug",
+        "version": "0",
+        "code": "0",
+        "python": "3",
+        "platform": "p",
+        "libraries": {},
+    }
     document = {"schema": 1, "tool": tool, "finished": True, "renderers": {}, "results": [x.as_dict() for x in results]}
     write_json(out / "run.json", document)
     return out
@@ -85,7 +92,9 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     runs = [small_run(folder / "old", "bug", 90.0), small_run(folder / "new")]
     plots = folder / "plots"
     plots.mkdir()
-    (plots / "speed.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><path d="M0 0h9"/></svg>')
+    (plots / "speed.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><path d="M0 0h9"/></svg>'
+    )
     return build(runs, folder / "site", only=[SCENE], step=32, bench=plots).parent
 
 

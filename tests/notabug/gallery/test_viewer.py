@@ -49,7 +49,9 @@ def values(page: Any, row: str) -> list[float]:
 
 
 @pytest.mark.parametrize("pixel", [(0, 0), (255, 255), (1, 0), (17, 130), (200, 3), (128, 251)])
-def test_a_pixels_value_is_the_files_to_the_last_bit(quiet: Any, site: Any, halves: Any, pixel: tuple[int, int]) -> None:
+def test_a_pixels_value_is_the_files_to_the_last_bit(
+    quiet: Any, site: Any, halves: Any, pixel: tuple[int, int]
+) -> None:
     x, y = pixel
     page = quiet.view(site, f"a=reference&b=grey&at={x},{y}")
     assert np.array_equal(np.float16(values(page, "B")), np.float16(halves[y, x]))
@@ -80,7 +82,9 @@ def at(picture: npt.NDArray[np.uint8], x: int, y: int, pane: int = 0, panes: int
 
 
 @pytest.mark.parametrize("place", [(60, 100), (128, 128), (200, 180)])
-def test_side_by_side_wipe_and_blink_show_both_pictures(quiet: Any, site: Any, halves: Any, place: tuple[int, int]) -> None:
+def test_side_by_side_wipe_and_blink_show_both_pictures(
+    quiet: Any, site: Any, halves: Any, place: tuple[int, int]
+) -> None:
     x, y = place
     reference, other = store.read(SCENE, VARIANT).pixels[y, x], halves[y, x]
     page = quiet.view(site, "a=reference&b=grey&mode=side")
@@ -120,15 +124,18 @@ def test_exposure_tone_and_channels(quiet: Any, site: Any) -> None:
 def test_every_difference_of_a_picture_and_itself_is_black_and_of_others_is_not(
     quiet: Any, site: Any, measure: str
 ) -> None:
-    page = quiet.view(site, f"a=reference&b=grey&mode=difference&of={measure}")
-    differing = shown(page)
+    other = "grey" if measure in ("z", "limitation", "bug") else "model:quad_split_02"
+    dimmed = "&ev=-10" if measure == "z" else ""  # it differs by many thousands of tolerances
+    page = quiet.view(site, f"a=reference&b={other}&mode=difference&of={measure}{dimmed}")
+    differing = shown(page)[20:-20, 150:-150]
     if measure == "bug":  # the leg of this result is empty
         assert (page.locator("#measured").text_content() or "").endswith("is empty")
+        assert differing.max() < 8
         return
-    assert np.ptp(differing[100:-100, 300:-300].reshape(-1, 3).astype(int), axis=0).max() > 40
+    assert np.ptp(differing.reshape(-1, 3).astype(int), axis=0).max() > 40
     if measure in ("absolute", "relative", "flip"):
         page = quiet.view(site, f"a=reference&b=reference&mode=difference&of={measure}")
-        assert shown(page)[100:-100, 300:-300].max() < 8
+        assert shown(page)[20:-20, 150:-150].max() < 8
 
 
 def test_absolute_difference_is_the_difference(quiet: Any, site: Any, halves: Any) -> None:
@@ -208,9 +215,11 @@ def test_zoom_pan_and_touch(quiet: Any, site: Any) -> None:
     page.mouse.click(*middle)
     page.wait_for_selector("#models tr")
     pinch = """([x, y]) => { const c = document.getElementById("picture");
-      const send = (type, id, dx) => c.dispatchEvent(new PointerEvent(type, {pointerId: id, clientX: x + dx, clientY: y, bubbles: true}));
+      const told = (id, dx) => ({pointerId: id, clientX: x + dx, clientY: y, bubbles: true});
+      const send = (type, id, dx) => c.dispatchEvent(new PointerEvent(type, told(id, dx)));
       c.setPointerCapture = () => {};
-      send("pointerdown", 5, -20); send("pointerdown", 6, 20); send("pointermove", 6, 60); send("pointerup", 5, -20); send("pointerup", 6, 60); }"""
+      send("pointerdown", 5, -20); send("pointerdown", 6, 20); send("pointermove", 6, 60);
+      send("pointerup", 5, -20); send("pointerup", 6, 60); }"""
     before = shown(page)
     page.evaluate(pinch, list(middle))
     assert not np.array_equal(before, shown(page))
