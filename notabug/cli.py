@@ -469,6 +469,9 @@ def gallery(
     variants: Annotated[
         Variants, typer.Option(help="Default variants of the corpus, or all. Those of the runs are always there.")
     ] = Variants.default,
+    scene: Annotated[
+        list[str] | None, typer.Option("--scene", help="Only these scenes: an id or a glob; again for more.")
+    ] = None,
     models: Annotated[bool, typer.Option(help="Pictures of the limitations and the terms of each pixel.")] = True,
     step: Annotated[int, typer.Option(min=1, help="Terms are kept for every STEP-th pixel.")] = 4,
     bench: Annotated[Path | None, typer.Option(help="A folder of SVG plots that join the site.")] = None,
@@ -478,7 +481,9 @@ def gallery(
     from notabug.gallery.command import command
 
     every = variants is Variants.all
-    code = command(runs or [], out, every_variant=every, with_models=models, step=step, bench=bench, white=white)
+    code = command(
+        runs or [], out, every_variant=every, with_models=models, step=step, bench=bench, white=white, only=scene or []
+    )
     raise typer.Exit(code)
 
 

@@ -19,9 +19,12 @@ def command(
     step: int,
     bench: Path | None,
     white: float,
+    only: Sequence[str],
 ) -> ExitCode:
     """Write the gallery and print its first page."""
-    page = build(runs, out, every_variant=every_variant, with_models=with_models, step=step, bench=bench, white=white)
+    page = build(
+        runs, out, every_variant=every_variant, with_models=with_models, step=step, bench=bench, white=white, only=only
+    )
     size = sum(each.stat().st_size for each in out.rglob("*") if each.is_file())
     print(page)
     console(stderr=True).print(f"{size / 1e6:.1f} MB; open it from disk, or put the folder on any web host")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -96,7 +97,13 @@ def read_run(folder: Path) -> Run:
 
 
 def collect(
-    runs: Sequence[Run], store: Store, *, every_variant: bool, with_models: bool, white: float
+    runs: Sequence[Run],
+    store: Store,
+    *,
+    every_variant: bool,
+    with_models: bool,
+    white: float,
+    only: Sequence[str] = (),
 ) -> list[Exhibit]:
     """Every exhibit of the corpus (default variants, or all that are stored) and of ``runs``, with its pictures."""
     found: dict[tuple[str, str], Exhibit] = {}
@@ -105,6 +112,8 @@ def collect(
     for run in runs:
         for result in run.results:
             found.setdefault((result.scene, result.variant), _exhibit(result.scene, result.variant, result.claim))
+    if only:
+        found = {key: each for key, each in found.items() if any(fnmatchcase(each.scene, glob) for glob in only)}
     for exhibit in found.values():
         _fill(exhibit, runs, store, with_models=with_models, white=white)
     return [each for each in found.values() if each.pictures or each.drawn]
@@ -246,7 +255,9 @@ def _error(run: Run, result: Result, reference: Floats) -> tuple[Floats, str]:
         return tolerance, "tolerances"
     if measured is None or not measured.noisy:
         return tolerance, "tolerances"
-    return np.maximum(np.sqrt(measured.variance.max(axis=2, keepdims=True)), 0.02 * tolerance), "standard errors"
+    error = np.sqrt(measured.variance.max(axis=2, keepdims=True))
+    rounding = 2.0**-11 * np.abs(reference).max(axis=2, keepdims=True)  # of the half floats that are shown
+    return np.maximum.reduce([error, 0.02 * tolerance, rounding]), "standard errors"
 
 
 def _entry(name: str, title: str, kind: str, file: str, pixels: Floats) -> dict[str, Any]:

@@ -10,24 +10,32 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
-import jinja2
 import numpy as np
 
-from notabug import __version__
 from notabug.gallery.exhibits import Exhibit, Run, collect, document, own_models, read_run, scene_of
 from notabug.gallery.remedies import remedies
 from notabug.gallery.store import Store
 from notabug.gallery.taxonomy import Kind, taxonomy
+from notabug.gallery.templating import environment
 from notabug.gallery.terms import terms
 from notabug.gallery.trend import trends
-from notabug.metrics.verdict import GLYPH
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
+from notabug.references.tracer.envelope import Options, trace_picture
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
-from notabug.words import STYLE, number, readable
+from notabug.words import STYLE
 
-ASSETS = ("gallery.css", "gallery.js", "flip.js", "shader.js", "viewer.js", "vendor/exr.js", "vendor/LICENSES.txt")
+ASSETS = (
+    "base.css",
+    "gallery.css",
+    "gallery.js",
+    "flip.js",
+    "shader.js",
+    "viewer.js",
+    "vendor/exr.js",
+    "vendor/LICENSES.txt",
+)
 
 # Pages may load their own scripts, style and small pictures, and nothing else. Chromium takes 'self' on a page from
 # disk for no origin at all, so the scheme is named as well.
@@ -37,11 +45,6 @@ POLICY = (
 )
 
 _WORST = {word: at for at, word in enumerate(("bug", "error", "inconclusive", "limitation", "pass", "unsupported"))}
-RULES = {
-    "choice": "I = R or I = M, whole",
-    "partial": "I = R + α (M − R), 0 ≤ α ≤ 1 in each pixel",
-    "set": "each sample takes R or one of M₁, M₂ …",
-}
 
 
 def build(
@@ -53,15 +56,16 @@ def build(
     step: int = 4,
     bench: Path | None = None,
     white: float = 1.0,
+    only: Sequence[str] = (),
 ) -> Path:
     """Write the gallery of the corpus and the runs in ``folders`` to ``out``; returns its first page.
 
-    ``step`` is the grid of the terms in pixels, 0 for none; ``bench`` a folder of SVG plots.
+    ``only`` are globs of the scenes that it shows, none: all. ``step`` is the grid of the terms in pixels, 0 for none; ``bench`` a folder of SVG plots.
     """
     runs = [read_run(each) for each in folders]
     plots = _plots(bench)
     store = Store(out)
-    exhibits = collect(runs, store, every_variant=every_variant, with_models=with_models, white=white)
+    exhibits = collect(runs, store, every_variant=every_variant, with_models=with_models, white=white, only=only)
     for each in exhibits:
         if with_models and step and each.artifact_class != "own":
             try:
@@ -71,30 +75,22 @@ def build(
         each.record = store.record(document(each))
     site = {"scenes": [[each.scene, each.variant, each.record] for each in exhibits]}
     store.text("data/site.js", f"notabug.site({_json(site)});\n")
-    _pages(store, exhibits, runs, plots, white)
+    _pages(store, exhibits, runs, plots, with_models=with_models, white=white)
     for name in ASSETS:
         store.text(f"assets/{name}", files("notabug.gallery").joinpath("static", name).read_text(encoding="utf-8"))
     store.sweep()
     return out / "index.html"
 
 
-def environment() -> jinja2.Environment:
-    """The templates of the gallery and of a run's report: one family."""
-    made = jinja2.Environment(
-        loader=jinja2.ChoiceLoader(
-            [jinja2.PackageLoader("notabug.gallery", "templates"), jinja2.PackageLoader("notabug", "report")]
-        ),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    made.filters |= {"number": number, "readable": readable}
-    made.globals |= {"glyphs": GLYPH, "words": list(STYLE), "rules": RULES, "version": __version__}
-    return made
-
-
-def _pages(store: Store, exhibits: list[Exhibit], runs: list[Run], plots: list[tuple[str, str]], white: float) -> None:
+def _pages(
+    store: Store,
+    exhibits: list[Exhibit],
+    runs: list[Run],
+    plots: list[tuple[str, str]],
+    *,
+    with_models: bool,
+    white: float,
+) -> None:
     jinja = environment()
     kinds = [each for each in taxonomy() if any(x.artifact_class == each.id for x in exhibits)]
     renderers = list(dict.fromkeys(each.renderer for run in runs for each in run.results))
@@ -115,9 +111,9 @@ def _pages(store: Store, exhibits: list[Exhibit], runs: list[Run], plots: list[t
         root = "../" if "/" in name else ""
         store.text(name, jinja.get_template(template).render(**shared, root=root, **more))
 
-    emblems = {each.id: _emblem(each, by_class[each.id], store, white) for each in kinds}
+    emblems = {each.id: _emblem(each, by_class[each.id], store, white, with_models=with_models) for each in kinds}
     page("index.html", "index.html", emblems=emblems, by_class=by_class, tally=_tally)
-    remedied = remedies(store, exhibits, white)
+    remedied = remedies(store, exhibits, white) if with_models else []
     for kind in kinds:
         own = by_class[kind.id]
         page(
@@ -158,16 +154,22 @@ def _tally(exhibits: list[Exhibit]) -> list[tuple[str, int]]:
     return [(word, words.count(word)) for word in STYLE if word in words]
 
 
-def _emblem(kind: Kind, exhibits: list[Exhibit], store: Store, white: float) -> str:
-    """The picture that stands for a class."""
+def _emblem(kind: Kind, exhibits: list[Exhibit], store: Store, white: float, *, with_models: bool) -> str:
+    """The picture that stands for a class; without models that of its first scene."""
     chosen = kind.emblem
+    first = next((each.thumb for each in exhibits if each.thumb), "")
+    if not with_models:
+        return first
     try:
         scene = read_scene(chosen["scene"], chosen.get("variants"))
+        if "precision" in chosen:
+            drawn = trace_picture(scene, Options(shadows="facets"), samples=1, dtype=np.dtype(chosen["precision"]).type)
+            return store.thumb(drawn, white=white)
         acting = next((each for each in models(scene) if each.name == chosen.get("model")), None)
         pixels = np.asarray(predict(scene, () if acting is None else (acting,)).mean)
         return store.thumb(pixels, white=white)
     except NotabugError:
-        return next((each.thumb for each in exhibits if each.thumb), "")
+        return first
 
 
 def _models(kind: Kind, exhibits: list[Exhibit]) -> list[tuple[Model, list[Exhibit]]]:

@@ -17,9 +17,7 @@ from notabug.metrics.verdict import Finding, Verdict
 from notabug.record import Result
 
 TODAY = datetime.date(2026, 6, 1)
-ENTRY = Entry(
-    "grey", "a/b", "s=1", "limitation", "it is so", "m1", name="acne", area_px=(90.0, 110.0), jnd=(1.0, 2.0)
-)
+ENTRY = Entry("grey", "a/b", "s=1", "limitation", "it is so", "m1", name="acne", area_px=(90.0, 110.0), jnd=(1.0, 2.0))
 
 
 def result(word: Any, *findings: tuple[str, float], visible: bool = True, jnd: float = 1.5) -> Result:

@@ -16,6 +16,7 @@
   const promised = new Map(), deliveries = new Map();
   globalThis.notabug = {
     site(found) { scenes = found.scenes; start(); },
+    shown() { return { a, b, map }; },
     deliver(name, payload) { deliveries.get(name)?.(payload); },
   };
   function load(name) {
@@ -279,11 +280,12 @@
   function findings() {
     const list = element("ol", "", "findings");
     boxes().forEach((each, index) => {
-      const button = element("button", `${each.name.replaceAll("_", " ")} (${each.kind})`);
+      const again = index && boxes()[index - 1].name === each.name;
+      const button = element("button", again ? `also at ${each.box[0]}, ${each.box[1]}` : `${each.name.replaceAll("_", " ")} (${each.kind})`);
       button.type = "button";
       button.addEventListener("click", () => go(index));
       const item = element("li", "", each.kind);
-      item.append(button, element("span", ` ${Math.round(each.area_px ?? 0)} px, jnd ${(each.jnd ?? 0).toPrecision(2)}`, "quiet"));
+      item.append(button, element("span", again ? "" : ` ${Math.round(each.area_px ?? 0)} px, jnd ${Number((each.jnd ?? 0).toPrecision(2))}`, "quiet"));
       list.append(item);
     });
     return list;
@@ -359,7 +361,7 @@
     if (state.tone !== "srgb") said.tone = state.tone;
     if (state.ch !== "C") said.ch = state.ch;
     if (kept && at) said.at = at.join();
-    if (view.moved) said.view = [view.zoom, view.x, view.y].map((each) => Number(each.toPrecision(5))).join();
+    if (view.moved) said.view = [view.zoom, view.x, view.y].map((each) => Number(each.toPrecision(9))).join();
     history.replaceState(null, "", `#${new URLSearchParams(said)}`);
   }
   function fromAddress() {
