@@ -38,7 +38,8 @@ class Declaration:
     Attributes
     ----------
     precision : arithmetic of the renderer's intersections.
-    hit_error : by how much a hit point may be off its surface, in parts of |O| + t + |x|; 0: by 8 roundings.
+    hit_error : by how much a hit point may be off its surface, in parts of |O| + t + |x|; below 0: by 8 roundings; 0
+        where no ray starts on a surface.
     filter, radius : pixel filter and its radius in pixels (0.5 for box, 0 for point).
     quantum : the step of the output's encoding at 1.0 (1/65535 for 16-bit integers, 2**-11 relative for half floats).
     relative_quantum : True where the step scales with the value (floating-point output).
@@ -55,13 +56,14 @@ class Declaration:
         transmission (``attenuate``), or all of its light (``none``); it is never refracted.
     total_reflection : the weight of the mirror ray where glass reflects totally: mirror + transmission
         (``transmission``), or 1 whatever they are (``whole``).
-    glass_side : whether a ray enters glass or leaves it is taken from the side of the facet that it meets (``facet``) or
-        counted along the ray.
+    glass_side : whether a ray enters glass or leaves it is taken from the side of the facet that it meets
+        (``facet``) or counted along the ray.
     texture_filter : how a texture is read between its texels.
     lobe : the lobe of highlights: as the scene's material has it, or always the one named, at the same exponent or at
         the matching one (Phong's n is close to Blinn's 4n).
     normalised : highlights are multiplied by nothing (``no``), (n + 2)/2 or (n + 8)/8.
-    interpolation : over a smooth mesh normals are interpolated (``phong``), colours (``gouraud``), or nothing (``flat``).
+    interpolation : what is interpolated over smooth meshes: normals (``phong``), colours (``gouraud``) or nothing
+        (``flat``).
     highlight : highlights are cut off and weighted as the material has it, always times N.L, or not cut off.
     """
 
@@ -84,10 +86,10 @@ class Declaration:
     interpolation: Literal["phong", "gouraud", "flat", "unknown"] = "phong"
     normalised: Literal["no", "n2", "n8", "unknown"] = "no"
     highlight: Literal["authored", "cosine", "uncut", "unknown"] = "authored"
-    hit_error: float = 0.0
+    hit_error: float = -1.0
 
     def __post_init__(self) -> None:
-        if not self.hit_error:
+        if self.hit_error < 0:
             object.__setattr__(self, "hit_error", C * ROUNDOFF[self.precision])
 
     @property

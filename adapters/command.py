@@ -85,8 +85,8 @@ class Command:
         check_supported(self, scene)
         seeds = quality.seeds if self.declared.noisy else quality.seeds[:1] or (0,)
         samples = quality.samples or self.samples
-        with job_folder(out, "scene") as told:
-            source = export(scene, self.scene, told, quality)
+        with job_folder(out, "command") as folder:
+            source = export(scene, self.scene, folder, quality)
             return tuple(self._draw(scene, source, out, seed, samples, quality) for seed in seeds)
 
     def _draw(self, scene: Scene, source: Path, out: Path, seed: int, samples: int, quality: Quality) -> Render:
@@ -94,38 +94,38 @@ class Command:
             try:
                 return self._once(scene, source, out, seed, samples, quality)
             except RendererError:
-                if attempt == self.retries:
+                if attempt == self.retries or not source.exists():  # what filled the disk took the scene with it
                     raise
         raise AssertionError("unreachable")
 
     def _once(self, scene: Scene, source: Path, out: Path, seed: int, samples: int, quality: Quality) -> Render:
-        with job_folder(out, "command") as folder:
-            picture = folder / f"image.{self.image}"
-            values = {
-                "scene": str(source),
-                "image": str(picture),
-                "width": str(scene.width),
-                "height": str(scene.height),
-                "samples": str(samples),
-                "seed": str(seed),
-                "threads": str(quality.threads or os.cpu_count() or 1),
-                "folder": str(self.folder),
-            }
-            began = time.time()
-            ended = run_child(
-                self._words(self.command, values),
-                where=self.name,
-                folder=folder,
-                timeout=min(self.timeout, quality.timeout),
-                environment={key: filled(each, values) for key, each in self.environment.items()},
-                limits=self.limits,
-            )
-            if ended.stopped == "output":
-                shutil.rmtree(folder, ignore_errors=True)
-            ended.check(self.name)
-            self._check(picture, began, ended)
-            kept = self._keep(picture, out, seed, ended)
-        return Render(kept, seed, samples, ended.seconds, ended.command, ended.log)
+        folder = source.parent
+        picture = folder / f"image{seed}.{self.image}"
+        picture.unlink(missing_ok=True)  # of a call that failed
+        values = {
+            "scene": str(source),
+            "image": str(picture),
+            "width": str(scene.width),
+            "height": str(scene.height),
+            "samples": str(samples),
+            "seed": str(seed),
+            "threads": str(quality.threads or os.cpu_count() or 1),
+            "folder": str(self.folder),
+        }
+        began = time.time()
+        ended = run_child(
+            self._words(self.command, values),
+            where=self.name,
+            folder=folder,
+            timeout=min(self.timeout, quality.timeout),
+            environment={key: filled(each, values) for key, each in self.environment.items()},
+            limits=self.limits,
+        )
+        if ended.stopped == "output":
+            shutil.rmtree(folder, ignore_errors=True)
+        ended.check(self.name)
+        self._check(picture, began, ended)
+        return Render(self._keep(picture, out, seed, ended), seed, samples, ended.seconds, ended.command, ended.log)
 
     def _check(self, picture: Path, began: float, ended: Ended) -> None:
         """Raise RendererError where ``picture`` is not a file of the declared kind that was written just now."""

@@ -35,8 +35,8 @@ _LEAST_GAIN = 4.0**-12
 _DIM = 1.0 / 16.0  # a picture below this is rendered again, brighter
 _OPTIONS = ("-D", "-P", "-V", "-A", "-C", "+FN16", "File_Gamma=1.0", "Dither=off", "Output_Alpha=off")
 
-# Vertices are float32, but the same ones for every ray, and the arithmetic is float64: on acne/sphere from 10 to 1e6 not
-# one pixel is dark by acne; from 1e7 nothing is hit at all, since POV-Ray looks no farther.
+# Vertices are float32, but the same for every ray, and the arithmetic is float64: on acne/sphere from 10 to 1e6 not one
+# pixel is dark by acne; from 1e7 nothing is hit at all, since POV-Ray looks no farther.
 HIT_ERROR = 8.0 * 2.0**-53
 
 

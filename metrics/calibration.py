@@ -26,6 +26,7 @@ Floats = npt.NDArray[np.floating]
 GAIN, GAMMA, SHIFT, SCALE = 0.004, 0.01, 0.1, 0.003  # beyond these a reading is a fault, not rounding
 LIKE = 0.8  # correlation below which a picture is not one of the card at all
 FITS = 0.008  # of white: the error that the readings may leave, or they do not describe the picture
+TONES = 32  # steps of equal ratio that the values of the card are sorted into
 NOISE = 1e-4  # relative: more between seeds than rounding
 BOX = 12.0**-0.5  # pixels: the standard deviation of a pixel-wide box, the width that a box filter reads as
 WIDTH = {"point": 0.35, "box": 0.4, "tent": 0.6}  # pixels: the widest that may be called so
@@ -198,8 +199,8 @@ def _misfit(a: Floats, b: Floats) -> float:
 def _transfer(mean: Floats, value: Floats) -> tuple[float, float, bool, Floats, float]:
     """Gain, gamma, whether it is sRGB's curve, ``value`` under the transfer, and what that leaves.
 
-    The last is the error that a tenth of the tones exceed, over white: a wrong albedo is no gamma. Values at the top
-    may be clipped and count for nothing.
+    The last is the error of the worst tone, over white: a wrong albedo is no gamma. Values at the top may be clipped
+    and count for nothing.
     """
     at = _smooth(value) & (mean > 1e-4 * mean.max()) & (mean < 0.999 * mean.max())
     if at.sum() < 64:
@@ -210,10 +211,17 @@ def _transfer(mean: Floats, value: Floats) -> tuple[float, float, bool, Floats, 
     gain = float(np.exp(np.median(y - gamma * x)))
     power = gain * np.maximum(value, 0.0) ** gamma
     as_srgb = encoded(value)
-    left = [float(np.quantile(np.abs(mean - each)[at], 0.9)) / float(mean.max()) for each in (power, as_srgb)]
+    tone = np.digitize(x, np.linspace(x.min(), x.max(), TONES))
+    left = [_worst_tone((mean - each)[at], tone) / float(mean.max()) for each in (power, as_srgb)]
     if left[1] < 0.5 * left[0]:
         return 1.0, 1.0, True, as_srgb, left[1]
     return gain, gamma, False, power, left[0]
+
+
+def _worst_tone(error: Floats, tone: npt.NDArray[np.integer]) -> float:
+    """The largest median ``error`` (n,) of the tones (n,) that enough values have."""
+    found = [abs(float(np.median(error[tone == each]))) for each in np.unique(tone) if (tone == each).sum() >= 32]
+    return max(found, default=math.inf)
 
 
 def _smooth(value: Floats) -> npt.NDArray[np.bool_]:

@@ -7,7 +7,7 @@ their support, the segment from there to their own picture: V = B - R, alpha = c
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 
@@ -54,7 +54,6 @@ class Explanation:
     significance: Significance
     nuisance: Nuisance  # fitted only where nothing else is wrong
     before: Floats  # (h, w) z of the picture against the reference alone
-    supports: dict[str, Bools] = field(default_factory=dict)  # (h, w) where each ``partial`` or ``set`` may act
 
     @property
     def triggers(self) -> tuple[str, ...]:
@@ -87,25 +86,23 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
         alphas[each.name] = acts.astype(np.float64)
     freedom = 0.0
     excluded = np.zeros(measured.mean.shape[:2], np.bool_)
-    supports: dict[str, Bools] = {}
     for each in applied:
         if each.rule != "choice":
             values = [predict((*chosen, value)) for value in each.values()]
-            explained = {"set": _mixture, "partial": _segment, "any": _anything}[each.rule]
+            explained: Callable[..., Explained] = _RULES[each.rule]
             if each.kind == "limitation" and each.rule == "set":
                 explained = partial(_mixed, explained)
             if each.grain:
                 explained = partial(_grained, explained)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
-            supports[each.name] = within
             excluded |= within
             freedom += length
     r = residual(measured.mean, target)
     found = significance(r, measured, target)
     nearest = np.where(found.pixels[..., None], np.clip(measured.mean, target.lo, target.hi), measured.mean)
     global_fit = Nuisance() if found.triggers else nuisance(measured, target, excluded)
-    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z, supports)
+    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z)
 
 
 def support(bare: Admissible, other: Admissible) -> Bools:
@@ -217,6 +214,9 @@ def _grained(
     return found
 
 
+_RULES: dict[str, Callable[..., Explained]] = {"set": _mixture, "partial": _segment, "any": _anything}
+
+
 def habits(models: Sequence[Model]) -> tuple[Model, ...]:
     """The conventions among ``models`` whose feature has one value: a renderer has all of them at once."""
     features = [each.when[0] for each in models if each.when]
@@ -230,7 +230,7 @@ def candidates(models: Sequence[Model], together: tuple[Model, ...] = ()) -> Ite
 
     The models ``together`` count as one, which beside others is the likeliest.
     """
-    single = [(each,) for each in models]
+    single: list[tuple[Model, ...]] = [(each,) for each in models]
     block = [together] if len(together) > 1 else []
     for size in range(min(LARGEST_SET, len(models)) + 1):
         for some in combinations(single + block if size < 2 else block + single, size):
@@ -264,11 +264,18 @@ def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Ex
             return replace(found, before=bare.significance.z)
         if found.significance.excess < 0.9 * best.significance.excess:
             best = found
+    for each in models:  # some act only beside others: the folds of a mesh that stands for a smooth one
+        if each not in (*useful, *best.models) and len(best.models) < LARGEST_SET and _helps(best, each, predict):
+            found = fit(measured, (*best.models, each), predict)
+            if not found.triggers:
+                return replace(found, before=bare.significance.z)
     return replace(best, before=bare.significance.z)
 
 
-def _helps(bare: Explanation, model: Model, predict: Predict) -> bool:
-    """Whether ``model`` moves any pixel that needs explaining."""
-    wrong = bare.significance.pixels
-    moved = (support(bare.target, predict((value,))) for value in model.values())
+def _helps(start: Explanation, model: Model, predict: Predict) -> bool:
+    """Whether ``model``, beside those of ``start``, moves any pixel that needs explaining."""
+    wrong = start.significance.pixels
+    beside = tuple(each for each in start.models if each.rule == "choice")
+    base = predict(beside)
+    moved = (support(base, predict((*beside, value))) for value in model.values())
     return not wrong.any() or any(bool((each & wrong).any()) for each in moved)

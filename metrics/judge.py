@@ -15,7 +15,7 @@ from notabug.metrics import perceive as eye
 from notabug.metrics.admissible import RELATIVE, Admissible, Bools, admissible
 from notabug.metrics.causes import gain_message
 from notabug.metrics.channels import largest, total
-from notabug.metrics.explain import Explanation, admitted, explain
+from notabug.metrics.explain import Explanation, Predict, admitted, explain, support
 from notabug.metrics.naming import UNNAMED, Name, Others, name_bug
 from notabug.metrics.noise import TILE, Measured, measure
 from notabug.metrics.valid import box, invalid
@@ -87,7 +87,8 @@ def judge(
     found = explain(measured, open_to, predicted)
     findings: tuple[Finding, ...] = ()
     word: Word
-    hesitation = _hesitation(measured, found, declaration) or _beyond_telling(found, reference, declaration)
+    hesitation = _hesitation(measured, found, declaration, len(pictures))
+    hesitation = hesitation or _beyond_telling(found, open_to, predicted, declaration)
     considered = {key[0][0]: to.value for key, to in sets.items() if len(key) == 1}
     name = None
     if found.triggers and (not hesitation or not declaration.noisy):
@@ -127,11 +128,13 @@ def _refused(wrong: Finding, pictures: Sequence[Floats], reference: Admissible) 
     return Judgement(verdict, shown, reference.value, reference.value, empty, empty)
 
 
-def _hesitation(measured: Measured, found: Explanation, declaration: Declaration) -> str:
+def _hesitation(measured: Measured, found: Explanation, declaration: Declaration, given: int) -> str:
     """Why no verdict is possible, or "": a single noisy picture, or noise that hides what the tolerance forbids."""
     smooth = ~found.target.edge
     tau = found.target.tau
     if not measured.noisy:
+        if given > 1:  # seeds that agree to the last bit, as where all is black
+            return ""
         if declaration.noisy and found.triggers:
             return "one picture of a noisy renderer: render at least two seeds"
         if found.triggers and _looks_noisy(measured, found):
@@ -145,18 +148,21 @@ def _hesitation(measured: Measured, found: Explanation, declaration: Declaration
     return ""
 
 
-def _beyond_telling(found: Explanation, reference: Admissible, declaration: Declaration) -> str:
-    """Why a picture that acne explains says nothing, or "": there acne may be on most of what is seen."""
-    if found.triggers or "acne" not in found.supports:
+def _beyond_telling(found: Explanation, open_to: Sequence[Model], predicted: Predict, declaration: Declaration) -> str:
+    """Why a picture that chance explains says nothing, or "": rounding may then do that to most of what is lit."""
+    if found.triggers or not any(each.rule == "set" for each in found.models):
         return ""
-    lit = largest(reference.value) > 0
-    share = float((found.supports["acne"] & lit).sum()) / max(1.0, float(lit.sum()))
-    if share <= UNTELLABLE:
-        return ""
-    return (
-        f"no picture can tell here: with a rounding of {declaration.hit_error:.1e} of the distance no reasonable"
-        f" epsilon prevents acne on {share:.0%} of what is lit; bring camera or scene nearer"
-    )
+    bare = predicted(())
+    lit = largest(bare.value) > 0
+    for each in open_to:
+        if each.name == "acne":
+            share = float((support(bare, predicted((each,))) & lit).sum()) / max(1.0, float(lit.sum()))
+            if share > UNTELLABLE:
+                return (
+                    f"no picture can tell here: with a rounding of {declaration.hit_error:.1e} of the distance no"
+                    f" reasonable epsilon prevents acne on {share:.0%} of what is lit; bring camera or scene nearer"
+                )
+    return ""
 
 
 def _looks_noisy(measured: Measured, found: Explanation) -> bool:

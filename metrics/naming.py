@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +31,8 @@ OTHER = 0.7  # and below which they do not
 LIKELY = 6  # faults that are fitted in full
 ALIKE = 0.3  # correlation of the changes below which a fault is not tried
 CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight would decide
-CHOICE = 0.05  # what a local fault's misfit is raised by, for it may choose at each pixel
+CHOICE, FREE = 0.05, 1.1  # what a local fault's misfit is raised by, for it may choose at each pixel, in noise too
+NEARLY = 0.03  # a strength that leaves this is good enough
 HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried beside limitations
 BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
 
@@ -46,8 +47,8 @@ class Name:
     """What a bug is called, why, and the share of the bug leg that the name leaves (0: it explains everything).
 
     ``fitted`` is the explanation by that fault and the limitations beside it, None where no model of a fault is meant.
-    ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A fault
-    that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
+    ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
+    fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
     """
 
     name: str
@@ -113,7 +114,8 @@ def _names(
             left = significance(residual(measured.mean, cause.target), measured, cause.target)
             remains = left.excess / length if not faint else float(bool(left.triggers))
             yield Name(cause.name, cause.message, remains, misfit(cause.target))
-    for fault in likely(measured, found, faults, predict, preview):
+    tries = list(likely(measured, found, faults, predict, preview))
+    for fault in tries:
         tried: list[Explanation] = []
         hopeless = False
         for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
@@ -127,15 +129,19 @@ def _names(
             if fault.rule == "choice":
                 yield Name(fault.name, fault.claim, remains, off, fitted)
             else:
-                yield Name(fault.name, fault.claim, remains, off / BETTER + CHOICE, fitted, fitted.freedom)
+                yield Name(fault.name, fault.claim, remains, off * FREE + CHOICE, fitted, fitted.freedom)
             hopeless = hopeless or remains > HOPE
+            if fault.at is not None and not models and NEARLY < remains < HOPE:  # quick pictures gave a rough strength
+                closer = _refined(fault, changed_by(measured, reference), predict, scale)
+                if closer.strength != fault.strength:
+                    tries.append(replace(closer, at=None))
             if left.excess == 0:
                 break
         if fault.local:
             patched = patchwork(measured, found.target, predict((fault,)))
             left = significance(residual(measured.mean, patched), measured, patched)
             remains = left.excess / length if not faint else float(bool(left.triggers))
-            yield Name(fault.name, fault.claim, remains, misfit(patched) / BETTER + CHOICE)
+            yield Name(fault.name, fault.claim, remains, misfit(patched) * FREE + CHOICE)
 
 
 def _useful(bare: Explanation, fault: Model, models: tuple[Model, ...], predict: Predict) -> bool:
@@ -154,19 +160,16 @@ def likely(
     scale = _scale(measured, reference)
     changes = [measured.mean - each.value for each in (reference, found.target)]
 
-    def weighed(change: Floats, step: int) -> Floats:
-        return coarse(np.clip(change / scale, -CLIP, CLIP) * at, step)
-
     def compared(change: Floats, other: Floats, local: bool, step: int) -> float:
-        a, b = weighed(change, step), weighed(other, step)
+        a, b = (coarse(np.clip(each / scale, -CLIP, CLIP) * at, step) for each in (change, other))
         if local:
             b = b * (largest(np.abs(a)) > 1.0)[..., None]
         product = float(np.linalg.norm(a) * np.linalg.norm(b))
         return abs(float((a * b).sum())) / product if product > 0 else 0.0
 
     def covered(change: Floats, other: Floats) -> float:
-        a = weighed(change, 1) ** 2
-        return float(a[weighed(other, 1) != 0].sum() / max(float(a.sum()), 1e-30))
+        a = (np.clip(change / scale, -CLIP, CLIP) * at) ** 2
+        return float(a[other != 0].sum() / max(float(a.sum()), 1e-30))
 
     ranked = []
     for index, fault in enumerate(faults):
@@ -183,13 +186,11 @@ def likely(
             continue
         best, strength = fault, fault.strength
         for step in (*STEPS, 1):
-            a, b = weighed(changes[0], step), weighed(change, step)
-            square = float((b * b).sum())
-            if square <= 0:
+            size = _size(changes[0] * at, change * at, scale, step)
+            if size is None:
                 break
-            strength = fault.neutral + (strength - fault.neutral) * float((a * b).sum()) / square
-            strength = _sane(strength, fault)
-            best = fault.at(strength)
+            strength = _sane(fault.neutral + (strength - fault.neutral) * size, fault)
+            best = replace(fault.at(strength), at=fault.at, strength=strength, neutral=fault.neutral)
             change = preview((best,)) - sharp
         yield best
 
@@ -202,6 +203,44 @@ def coarse(values: Floats, step: int) -> Floats:
     return np.asarray(values[:h, :w].reshape(h // step, step, w // step, step, c // step).mean(axis=(1, 3)))
 
 
+def changed_by(measured: Measured, reference: Admissible) -> Floats:
+    """What the picture changes on the reference, off its edges (h, w, 3)."""
+    return np.asarray((measured.mean - reference.value) * ~reference.edge[..., None])
+
+
+def _size(change: Floats, own: Floats, scale: Floats, step: int = 1) -> float | None:
+    """The factor by which ``own`` fits ``change`` best, by Huber's regression in which large changes weigh less.
+
+    What a limitation changes in a corner of the picture has no say in it.
+    """
+    weight = 1.0 / np.maximum(scale, np.abs(change) / CLIP)
+    a, b = coarse(change * weight, step), coarse(own * weight, step)
+    acts = b != 0
+    a, b = a[acts], b[acts]
+    if not b.size:
+        return None
+    trust, factor = np.ones_like(b), 1.0
+    for _ in range(4):
+        factor = float((trust * a * b).sum() / (trust * b * b).sum())
+        off = np.abs(a - factor * b)
+        trust = np.minimum(1.0, 1.345 * 1.4826 * float(np.median(off)) / np.maximum(off, 1e-12))
+        if not trust.any():  # most of it fits to the last bit
+            break
+    return factor
+
+
+def _refined(fault: Model, change: Floats, predict: Predict, scale: Floats) -> Model:
+    """``fault`` at the strength at which the full prediction has the size of ``change``, by one step of a secant."""
+    assert fault.at is not None
+    reference = predict(())
+    own = (predict((fault,)).value - reference.value) * ~reference.edge[..., None]
+    size = _size(change, own, scale)
+    if size is None:
+        return fault
+    off = (fault.strength - fault.neutral) * size
+    return replace(fault.at(_sane(fault.neutral + off, fault)), strength=fault.neutral + off)
+
+
 def _sane(strength: float, fault: Model) -> float:
     """``strength`` to three digits of its distance from neutral, and within what a fault can be."""
     off = strength - fault.neutral
@@ -211,7 +250,7 @@ def _sane(strength: float, fault: Model) -> float:
     off = min(max(off, -size), size)
     if off == 0.0:
         off = 0.01 * (fault.strength - fault.neutral)
-    return fault.neutral + float(f"{off:.2g}")
+    return fault.neutral + float(f"{off:.3g}")
 
 
 def _scale(measured: Measured, to: Admissible) -> Floats:

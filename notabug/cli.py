@@ -72,6 +72,9 @@ class Bench(StrEnum):
 
     speed = "speed"
     verdict = "verdict"
+    efficiency = "efficiency"
+    stability = "stability"
+    metamorphic = "metamorphic"
 
 
 class FailOn(StrEnum):
@@ -330,18 +333,61 @@ def doctor(as_json: Json = False) -> None:
 @app.command()
 def bench(
     what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,
-    quick: Annotated[bool, typer.Option("--quick", help="verdict: a small sample of the design.")] = False,
-    out: Annotated[Path, typer.Option(help="verdict: folder for JSON and plots.")] = Path("notabug-bench"),
+    quick: Annotated[bool, typer.Option("--quick", help="A small sample (not of speed).")] = False,
+    out: Annotated[Path, typer.Option(help="Folder for JSON, plots and bench.html.")] = Path("notabug-bench"),
+    renderer: Annotated[
+        list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all found.")
+    ] = None,
+    resume: Annotated[bool, typer.Option(help="Keep what was measured with the same code.")] = True,
     as_json: Json = False,
 ) -> None:
-    """Measure what notabug costs (speed), or how well it judges (verdict)."""
+    """Measure what notabug costs (speed), how well it judges (verdict), and of renderers: error over time (efficiency),
+    where they break (stability), and which relations between pictures they break (metamorphic)."""
     if what is Bench.verdict:
         from notabug.bench.verdict.command import command as verdict
 
         raise typer.Exit(verdict(quick=quick, as_json=as_json, out=out))
+    if what in (Bench.efficiency, Bench.stability, Bench.metamorphic):
+        from notabug.bench.measuring import command as measuring
+
+        code = measuring(what.value, quick=quick, out=out, renderers=renderer or [], resume=resume, as_json=as_json)
+        raise typer.Exit(code)
     from notabug.bench.command import command
 
     raise typer.Exit(command(as_json))
+
+
+@app.command()
+def reduce(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="An id or a USD file on which the renderer has a bug.")],
+    renderer: Annotated[str, typer.Option("--renderer", "-r", help="The renderer.")],
+    variant: Variant = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="An attribute of the adapter, such as variant=scalar_rgb."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the minimal scene and its README.")] = Path("notabug-reduced"),
+    samples: Annotated[int, typer.Option(min=0, help="Samples per pixel; 0: the renderer's default.")] = 0,
+    seeds: Annotated[int, typer.Option(min=1, max=64, help="Independent pictures of a noisy renderer.")] = 4,
+    any_name: Annotated[
+        bool, typer.Option("--any-name", help="Go on while there is any bug, whatever its name.")
+    ] = False,
+) -> None:
+    """Shrink a scene while a renderer's bug on it stays, and write what a bug report needs."""
+    from notabug.reducing import command
+
+    raise typer.Exit(
+        command(
+            scene=scene,
+            renderer=renderer,
+            variants=variant or [],
+            settings=settings or [],
+            out=out,
+            samples=samples,
+            seeds=seeds,
+            any_name=any_name,
+        )
+    )
 
 
 @app.command()
@@ -412,6 +458,33 @@ def report(
         from notabug.report.builds import command
 
         raise typer.Exit(command(folder, to.value))
+
+
+@app.command()
+def gallery(
+    runs: Annotated[
+        list[Path] | None, typer.Argument(metavar="[RUN]...", help="Folders of runs, oldest first; default: none.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the site.")] = Path("notabug-gallery"),
+    variants: Annotated[
+        Variants, typer.Option(help="Default variants of the corpus, or all. Those of the runs are always there.")
+    ] = Variants.default,
+    scene: Annotated[
+        list[str] | None, typer.Option("--scene", help="Only these scenes: an id or a glob; again for more.")
+    ] = None,
+    models: Annotated[bool, typer.Option(help="Pictures of the limitations and the terms of each pixel.")] = True,
+    step: Annotated[int, typer.Option(min=1, help="Terms are kept for every STEP-th pixel.")] = 4,
+    bench: Annotated[Path | None, typer.Option(help="A folder of SVG plots that join the site.")] = None,
+    white: Annotated[float, typer.Option(min=1e-6, help="The radiance that small pictures show as white.")] = 1.0,
+) -> None:
+    """Build a site to browse the corpus and runs, down to the float pixel."""
+    from notabug.gallery.command import command
+
+    every = variants is Variants.all
+    code = command(
+        runs or [], out, every_variant=every, with_models=models, step=step, bench=bench, white=white, only=scene or []
+    )
+    raise typer.Exit(code)
 
 
 def main() -> None:

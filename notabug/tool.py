@@ -16,6 +16,7 @@ LIBRARIES = ("numpy", "scipy", "numba", "OpenImageIO", "usd-core", "flip-evaluat
 MADE_OF = (".py", ".usda")  # what scenes, models and the judge are written in
 
 
+@cache
 def library_versions() -> dict[str, str]:
     """Version by distribution name; "" where it is not installed."""
     return {name: _version(name) for name in LIBRARIES}

@@ -23,6 +23,17 @@ _DRAWN_AS_NOTHING = ("", "Xform", "Scope", "Camera")  # and whatever is register
 
 def read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
     """The scene in ``path`` under the choice ``variants``; sets left out keep the file's own selection."""
+    try:
+        return _read_stage(path, scene_id, variants)
+    except Tf.ErrorException as error:
+        raise SceneError("OpenUSD refuses it", where=str(path), got=" ".join(str(error).split())) from error
+    except (TypeError, ValueError, OverflowError) as error:  # a float where the schema has an array, and the like
+        raise SceneError(
+            "a value is not of its schema's type", where=str(path), got=str(error), do="try usdchecker"
+        ) from error
+
+
+def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
     if not is_trusted(path):
         check_layers(path)
     stage = _open(path)

@@ -14,6 +14,7 @@ import hashlib
 import os
 import subprocess
 import sys
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ SECONDS = 30  # of processor time in the child, and twice as many on the clock
 MEMORY = 4 << 30  # bytes of address space in the child
 FILE = 256 << 20  # bytes of one layer
 LAYERS = 256
+LOOKED_AT = 5000  # files beside a scene
 
 
 def is_trusted(path: Path) -> bool:
@@ -35,11 +37,17 @@ def is_trusted(path: Path) -> bool:
 
 def check_scene(path: Path) -> None:
     """Raise SceneError where reading ``path``, which is resolved, would harm; by a child, unless it is known."""
-    if is_trusted(path):
-        return
+    if not is_trusted(path):
+        seen = path.stat()
+        _read_once(path, seen.st_size, seen.st_mtime_ns)
+
+
+@lru_cache(maxsize=4096)
+def _read_once(path: Path, _size: int, _changed: int) -> None:
+    """Let a child read ``path`` unless its mark is there; asked once for each state of the file."""
     _check_size(path)
     mark = _mark(path)
-    if mark.is_file():
+    if mark is not None and mark.is_file():
         return
     command = [sys.executable, "-P", "-m", "notabug.scenes_usd.untrusted_child", str(path)]
     try:
@@ -57,8 +65,9 @@ def check_scene(path: Path) -> None:
             got=got,
             do=f"make it smaller; or set {TRUST} to its folder where you trust it",
         )
-    mark.parent.mkdir(parents=True, exist_ok=True)
-    mark.touch()
+    if mark is not None:
+        mark.parent.mkdir(parents=True, exist_ok=True)
+        mark.touch()
 
 
 def check_layers(path: Path) -> None:
@@ -119,13 +128,20 @@ def _check_size(path: Path) -> None:
         raise SceneError("the file is too large", where=str(path), expected=f"at most {FILE >> 20} MiB", got=str(size))
 
 
-def _mark(path: Path) -> Path:
-    """A file in the cache that stands for ``path`` with the contents that it and its folder have now."""
+def _mark(path: Path) -> Path | None:
+    """A file in the cache that stands for ``path`` with the contents that it and its folder have now.
+
+    None where the folder holds so much that looking through it would take longer than reading the scene.
+    """
     import platformdirs
 
     state: Any = hashlib.blake2b(path.read_bytes(), digest_size=16)
     state.update(str(path).encode("utf-8", "surrogateescape"))
+    count = 0
     for inner, folders, files in os.walk(path.parent):
+        count += len(files) + len(folders)
+        if count > LOOKED_AT:
+            return None
         folders.sort()
         for name in sorted(files):
             if name.endswith((".usd", ".usda", ".usdc", ".usdz")):

@@ -112,6 +112,9 @@ def _light(stage: Usd.Stage, light: Light) -> None:
 
 
 def _material(stage: Usd.Stage, material: Material, files: list[tuple[str, Texture]]) -> None:
+    parent = Sdf.Path(material.path).GetParentPath()
+    if not stage.GetPrimAtPath(parent):
+        UsdGeom.Scope.Define(stage, parent)
     made = UsdShade.Material.Define(stage, material.path)
     shader = UsdShade.Shader.Define(stage, f"{material.path}/Surface")
     reflects = any(material.specular) or any(material.mirror) or any(material.transmission)

@@ -8,7 +8,7 @@ hold linear values, row 0 at v = 1. The shading that is meant is written out in 
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import fields
 from typing import Any, Literal
 
 import numpy as np
@@ -18,6 +18,9 @@ from notabug.scenes_usd.triangulate import triangulate
 
 VERSION = 1
 SPLIT: Literal["02"] = "02"  # the diagonal by which n-gons are cut where a format has only triangles
+
+
+_MATERIAL = tuple(each.name for each in fields(Material) if each.name != "path")
 
 
 def describe(scene: Scene) -> dict[str, Any]:
@@ -62,9 +65,7 @@ def _light(light: Light) -> dict[str, Any]:
 
 
 def _material(material: Material) -> dict[str, Any]:
-    said = asdict(material)
-    del said["path"]
-    return said
+    return {name: getattr(material, name) for name in _MATERIAL}
 
 
 def _texture(index: int, texture: Texture) -> dict[str, Any]:

@@ -25,7 +25,7 @@ Draw = Callable[[Scene], Floats]
 SCENES = ("terminator/sphere", "phong/lobes", "separation/t_highlight", "mirror/corner", "texture/uneven_quad")
 SIDE = 64
 EXACT = 1e-12  # of the brightest pixel: what a float64 renderer may differ by
-ROUNDED = 32 * 2.0**-24  # a float32 one
+ROUNDED = 1e-4  # a float32 one: a few roundings, which a highlight multiplies by its exponent
 FEW = 2e-3  # of the pixels at edges and terminators: so many may fall to another side
 
 
@@ -118,8 +118,9 @@ def delicate(scene: Scene) -> Bools:
 
 
 def stages(names: Sequence[str] = SCENES, side: int = SIDE) -> list[Scene]:
-    """The scenes on which relations are checked, at ``side`` pixels."""
-    return [replace(read_scene(name), width=side, height=side) for name in names]
+    """The scenes on which relations are checked, ``side`` pixels wide."""
+    scenes = [read_scene(name) for name in names]
+    return [replace(each, width=side, height=round(side * each.height / each.width)) for each in scenes]
 
 
 def measure(

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from notabug.scenes_usd.reader import read_scene
-from notabug.scenes_usd.scene import Material, Mesh, Scene, Texture
+from notabug.scenes_usd.scene import Material, Mesh, Object, Scene, Texture
 from notabug.scenes_usd.transform import rotation, transformed, translation
 
 
@@ -45,7 +45,7 @@ def scale(scene: Scene) -> Scene:
 
 def bake(scene: Scene) -> Scene:
     """Meshes without a transform of their own; spheres keep only their place."""
-    moved = []
+    moved: list[Object] = []
     for each in scene.objects:
         if isinstance(each, Mesh):
             moved.append(replace(each, to_world=np.eye(4)))

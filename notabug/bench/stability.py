@@ -52,8 +52,8 @@ class Point:
 class Course:
     """A renderer's way along one sweep.
 
-    ``onset`` is the first number at which more than SHARE of the pixels are wrong, to a factor of FINE; None: not within
-    the sweep. ``predicted`` None: error analysis gives none within the sweep.
+    ``onset`` is the first number at which more than SHARE of the pixels are wrong, to a factor of FINE; None: not
+    within the sweep. ``predicted`` None: error analysis gives none within the sweep.
     """
 
     sweep: str
@@ -190,7 +190,7 @@ def measure(
     quick: bool = False,
     workers: int = 2,
 ) -> list[Course]:
-    """Every sweep of every contestant, ``workers`` at a time; nothing here is a time, so they may disturb each other."""
+    """Every sweep of every contestant, ``workers`` at a time: no figure here is a time."""
 
     def work(job: tuple[Sweep, Contestant]) -> Course:
         made = course(bench, *job, quick=quick)

@@ -21,6 +21,7 @@ from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
 Precision = Literal["float32", "float64"]
+EPSILON = 1e-3  # of the tracers with a fixed one, in the scene's units: as POV-Ray's
 QUALITY = Quality(samples=1, seeds=(0,), threads=1, timeout=120.0)
 
 
@@ -48,13 +49,14 @@ def contestants() -> list[Contestant]:
     """The in-house renderers in both precisions, and the real ones that are installed."""
     from notabug import __version__
 
-    found = [_tracer(each, __version__) for each in ("float32", "float64")]
+    found = [_tracer(each, __version__, rule) for each in ("float32", "float64") for rule in ("exact", "absolute")]
     found += [_rasteriser(each, __version__) for each in ("float32", "float64")]
     single, double = UNIT["float32"], UNIT["float64"]
     real = (
         # Shadow rays pass blockers nearer than 0.001 in the scene's own units; meshes are stored in float32.
         ("povray", Arithmetic(double, single, start=1e-3, barycentric=False)),
-        # Rays start 1500 unit roundoffs times 1 + max |p| off the surface (mitsuba3, include/mitsuba/render/interaction.h).
+        # Rays start 1500 unit roundoffs times 1 + max |p| off the surface (mitsuba3,
+        # include/mitsuba/render/interaction.h).
         ("mitsuba", Arithmetic(single, single, 1500 * single, 1500 * single, lifted=True, exact_highlight=True)),
         ("opengl", Arithmetic(single, single, depth_bits=24)),
     )
@@ -77,18 +79,22 @@ def _drawn_by(each: Adapter) -> Callable[[Scene], Floats]:
     return draw
 
 
-def _tracer(precision: Any, version: str) -> Contestant:
+def _tracer(precision: Any, version: str, rule: Any) -> Contestant:
+    """Our tracer: by its own rule, which leaves out the facet that a shadow ray starts on, or by a fixed epsilon."""
     from notabug.references.tracer.envelope import Options, trace_picture
 
+    options = Options(shadows="facets", ties="nearest", start=rule, epsilon=EPSILON if rule == "absolute" else 0.0)
+
     def draw(scene: Scene) -> Floats:
-        options = Options(shadows="facets", ties="nearest")
         return trace_picture(scene, options, dtype=precision, threads=1)
 
-    # Shadow rays count blockers from 32 machine epsilons of the scene's size and the point's coordinates on.
     unit = UNIT[precision]
-    analysed = Arithmetic(unit, unit, start_relative=32 * 2 * unit * 3)
+    if rule == "absolute":
+        name, analysed = f"inhouse {precision}, epsilon {EPSILON:g}", Arithmetic(unit, unit, start=EPSILON)
+    else:  # blockers count from 32 machine epsilons of the scene's size and the point's coordinates on
+        name, analysed = f"inhouse {precision}", Arithmetic(unit, unit, start_relative=32 * 2 * unit * 3)
     declared = InHouse(precision=precision).declaration(QUALITY)
-    return Contestant(f"inhouse {precision}", version, analysed, declared, draw, double=precision == "float64")
+    return Contestant(name, version, analysed, declared, draw, double=precision == "float64")
 
 
 def _rasteriser(precision: Any, version: str) -> Contestant:

@@ -21,7 +21,7 @@ Bools = npt.NDArray[np.bool_]
 
 RELATIVE, ABSOLUTE = 0.004, 5e-4  # of METRICS: a margin, not a variance
 WHOLE = 0.9  # of an object's or a shadow's pixels: so many, and it is lost, not damaged
-NEAR_EDGE = 3  # pixels from the edge of a shadow or an outline: there, it has moved
+NEAR_EDGE = 1 / 32  # of the picture's width from the edge of a shadow or an outline: there, it has moved
 
 KINDS = (
     *("acne", "lost shadow", "displaced shadow", "lost object", "stripes", "hole", "displaced outline"),
@@ -102,32 +102,39 @@ def kinds(picture: Floats, seen: Floats, of: Truth, declaration: Declaration) ->
             count[kind] = count.get(kind, 0) + number
         left &= ~mask
 
-    book("non-finite", ~np.isfinite(picture).all(axis=2))
+    book("non-finite", np.asarray(~np.isfinite(picture).all(axis=2)))
     amiss = wrong(seen, of.headlit, declaration) & left
-    outline = _within(edges(of.headlit), NEAR_EDGE)
+    close = max(1, round(NEAR_EDGE * picture.shape[1]))
+    outline = _within(edges(of.headlit), close)
+    rim = _within(edges(of.headlit), 1)
     for rest in of.without:
         shown = _differ(of.headlit.point, rest)
         lost = amiss & shown & ~_differ(seen, rest)
-        if shown.any() and lost.sum() >= WHOLE * shown.sum():
+        if _is_whole(lost, shown & ~rim):
             book("lost object", lost)
         elif rest.any():
             book("stripes", lost & (rest > 0.0).any(axis=2) & ~outline)
     dark = ~(seen > 0.25 * of.headlit.point).any(axis=2) & (of.headlit.point > 0.0).any(axis=2)
-    book("hole", amiss & dark & ~outline)
-    book("displaced outline", amiss & outline)
+    book("hole", np.asarray(amiss & dark & ~outline))
+    book("displaced outline", np.asarray(amiss & outline))
     book("wrong shade", amiss)
     shadow = (of.lit.point < 0.5 * of.unshadowed).all(axis=2) & (of.unshadowed > ABSOLUTE).any(axis=2)
     light = (of.lit.point > 0.5 * of.unshadowed).any(axis=2) & (of.unshadowed > ABSOLUTE).any(axis=2)
     bright = (picture > 0.5 * of.unshadowed).any(axis=2)
     cleared = shadow & bright & left
-    border = _within(edges(of.lit), NEAR_EDGE)
-    if shadow.any() and cleared.sum() >= WHOLE * shadow.sum():
+    border = _within(edges(of.lit), close)
+    if _is_whole(cleared, shadow & ~_within(edges(of.lit), 1)):
         book("lost shadow", cleared)
     else:
-        book("displaced shadow", cleared | (light & ~bright & border & bool(cleared.any())))
-    book("acne", light & ~bright)
+        book("displaced shadow", np.asarray(cleared | (light & ~bright & border & bool(cleared.any()))))
+    book("acne", np.asarray(light & ~bright))
     book("wrong shade", left.copy())
     return count
+
+
+def _is_whole(lost: Bools, all_of_it: Bools) -> bool:
+    """Whether so much is lost of what lies off the edges, where nothing can be called wrong."""
+    return bool(all_of_it.any() and (lost & all_of_it).sum() >= WHOLE * all_of_it.sum())
 
 
 def _differ(a: Floats, b: Floats) -> Bools:

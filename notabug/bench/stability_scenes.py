@@ -58,7 +58,7 @@ def sheet(name: str, half: float, height: float, material: int, cells: int = 1) 
 def ball(name: str, centre: tuple[float, float, float], radius: float, material: int) -> Mesh:
     """An icosahedron, each facet cut into four: 80 flat facets."""
     g = (1.0 + math.sqrt(5.0)) / 2.0
-    points = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g)]
+    points: list[tuple[float, float, float]] = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g)]
     points += [(0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
     faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2)]
     faces += [(10, 7, 6), (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11)]
@@ -117,18 +117,18 @@ def _scene(name: str, objects: tuple[Mesh, ...], light: Light, lens: Camera, **m
     return transformed(replace(made, **more), _GENERIC)  # type: ignore[arg-type]
 
 
-def still_life(distance: float = 1.0) -> Scene:
+def still_life(distance: float = DISTANCE) -> Scene:
     """A faceted ball and a block just above a floor, under a point light that throws their shadows into view."""
     objects = (
         sheet("Floor", 3.0, 0.0, 0, cells=4),
         ball("Ball", (-0.8, 0.7 + CLEARANCE, 0.0), 0.7, 1),
         block("Block", (0.9, 0.45 + CLEARANCE, 0.2), 0.45, 2),
     )
-    return _scene("still_life", objects, lamp((2.4, 4.5, 1.6), 2.5), camera(distance * DISTANCE))
+    return _scene("still_life", objects, lamp((2.4, 4.5, 1.6), 2.5), camera(distance))
 
 
 def far_camera(distance: float) -> Scene:
-    """The still life from ``distance`` times the usual one."""
+    """The still life from ``distance``, through an ever longer lens."""
     return still_life(distance)
 
 
@@ -175,7 +175,8 @@ def slivers(aspect: float) -> Scene:
     length = width * aspect
     strips = []
     for colour in range(3):
-        points, faces = [], []
+        points: list[tuple[float, float, float]] = []
+        faces: list[tuple[int, int, int]] = []
         for number in range(colour, 12, 3):
             x0, x1 = (number - 6) * width, (number - 5) * width
             base = len(points)
@@ -202,7 +203,7 @@ def texture_far_out(magnitude: float) -> Scene:
     pixels = np.repeat(wave[:, :, None], 3, axis=2)
     flat = sheet("Floor", 3.0, 0.0, 0)
     shift = np.round(magnitude) if magnitude > 1.0 else 0.0
-    uv = np.array([(0.0, 1.0), (0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]) + (shift, -shift)
+    uv = np.array([(0.0, 1.0), (0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]) + np.array([shift, -shift])
     floor = replace(flat, uv=np.ascontiguousarray(uv))
     material = replace(_MATERIALS[0], texture=0, diffuse=(1.0, 1.0, 1.0))
     texture = Texture(Path("wave.exr"), np.ascontiguousarray(pixels))

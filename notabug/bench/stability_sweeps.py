@@ -54,12 +54,12 @@ def _same(value: float) -> float:
 
 _ALL = (
     Sweep(
-        "far_camera", "camera distance", "times 6 units", 1.0, 1e8, 1e16,
-        stages.far_camera, lambda value: min(value, 1e5), theory.far_camera,
+        "far_camera", "camera distance", "units", stages.DISTANCE, 1e8, 1e16,
+        stages.far_camera, lambda value: min(value, 1e6), theory.far_camera,
     ),
     Sweep("offset", "offset of the world", "units", 1.0, 1e8, 1e16, stages.offset, lambda _: 0.0, theory.offset),
-    Sweep("shrunk", "scale, smaller", "times", 1.0, 1e-6, 1e-6, stages.scaled, lambda _: 1.0, theory.shrunk),
-    Sweep("grown", "scale, larger", "times", 1.0, 1e6, 1e6, stages.scaled, lambda _: 1.0, theory.grown),
+    Sweep("shrunk", "scale, smaller", "of its size", 1.0, 1e-6, 1e-6, stages.scaled, lambda _: 1.0, theory.shrunk),
+    Sweep("grown", "scale, larger", "times its size", 1.0, 1e6, 1e6, stages.scaled, lambda _: 1.0, theory.grown),
     Sweep(
         "low_light", "elevation of the light", "degrees", 45.0, 1e-4, 1e-14,
         stages.low_light, lambda _: 45.0, theory.low_light,
@@ -73,7 +73,7 @@ _ALL = (
         stages.near_plane, lambda _: 1.0, theory.near_plane,
     ),
     Sweep(
-        "sliver", "facet aspect ratio", "length to width", 100.0, 1e8, 1e9,
+        "sliver", "facet aspect ratio", "to 1", 100.0, 1e8, 1e9,
         stages.slivers, lambda _: 100.0, theory.sliver,
     ),
     Sweep("exponent", "exponent of the highlight", "", 1.0, 1e5, 1e5, stages.highlight, _same, theory.exponent),

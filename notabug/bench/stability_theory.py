@@ -23,6 +23,7 @@ SLOPE = 0.6  # |N.D| of the central ray on a floor
 SHARE = 0.01  # of the pixels: so many wrong ones are an onset
 STEEP = 0.4 * 2.0 * math.pi / 0.5  # of the texture: relative change of its value for each 1 of uv
 CELL = 1.0  # edge of a facet of the low light's floor
+STEEPNESS = 0.5  # |N.L| on the still life
 BLOCKER = 0.5  # typical distance from a shadow to what throws it, and between an object and what it hides
 
 
@@ -61,16 +62,22 @@ def far_camera(a: Arithmetic) -> float:
     A depth buffer's planes go along with the camera, so its step grows with d until it hides objects.
     """
     if a.depth_bits:
-        return BLOCKER / depth_step(a, stages.DISTANCE / 10.0, stages.DISTANCE * 10.0)
-    return SHIFT / (gamma(a.unit) * stages.DISTANCE)
+        return BLOCKER * stages.DISTANCE / depth_step(a, stages.DISTANCE / 10.0, stages.DISTANCE * 10.0)
+    return min(SHIFT, _covered(a)) / gamma(a.unit)
+
+
+def _covered(a: Arithmetic) -> float:
+    """The error of a hit that a fixed start along the shadow ray covers: start times N.L; beyond it there is acne."""
+    return STEEPNESS * a.start if a.start and not a.lifted else math.inf
 
 
 def offset(a: Arithmetic) -> float:
-    """Points and hits are rounded to gamma_3 p; and a start of shadow rays that grows with |p| passes close blockers."""
-    rounding = SHIFT / gamma(max(a.unit, a.storage))
-    if a.depth_bits or not a.start_relative:
-        return rounding
-    return min(rounding, BLOCKER / a.start_relative)
+    """Points and hits are rounded to gamma_3 p, until a fixed start does not cover that; one that grows with |p| passes
+    close blockers."""
+    if a.depth_bits:
+        return SHIFT / gamma(max(a.unit, a.storage))
+    found = min(SHIFT / gamma(max(a.unit, a.storage)), _covered(a) / gamma(a.unit))
+    return min(found, BLOCKER / a.start_relative) if a.start_relative else found
 
 
 def shrunk(a: Arithmetic) -> float:
@@ -86,12 +93,12 @@ def grown(_: Arithmetic) -> float:
 def low_light(a: Arithmetic) -> float:
     """N.L is a small difference of products: off by gamma_3, it is off by gamma_3 / sin(elevation) of itself.
 
-    And a point sunk by e sees its surface again e / sin(elevation) away, on another facet once that is SHARE of one;
-    a start off the surface along the normal prevents it.
+    And a point sunk by e sees its surface again e / sin(elevation) away: beyond a fixed start, or, where the facet
+    itself is left out, on another one once that is SHARE of a facet. A start off the surface prevents it.
     """
     shade = gamma(max(a.unit, a.storage)) / RELATIVE
-    sunk = gamma(max(a.unit, a.storage)) * stages.DISTANCE / 2.0
-    acne = 0.0 if a.depth_bits or a.lifted else sunk / (SHARE * CELL)
+    sunk = gamma(a.unit) * stages.DISTANCE / 2.0
+    acne = 0.0 if a.depth_bits or a.lifted else sunk / (a.start or SHARE * CELL)
     return math.degrees(math.asin(min(1.0, max(shade, acne))))
 
 

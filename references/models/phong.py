@@ -26,7 +26,7 @@ def models(scene: Scene) -> Iterator[Model]:
                 kind="limitation",
                 claim=f"highlights have {lobe.capitalize()}'s lobe at the same exponent",
                 cites=f"{_PAPER}; Phong 1975; Blinn 1977",
-                edit=_shiny(lambda each, lobe=lobe: replace(each, lobe=lobe)),  # type: ignore[misc]
+                edit=lambda scene, lobe=lobe: with_lobe(scene, lobe),  # type: ignore[misc]
                 when=("lobe", lobe),
             )
             yield Model(
@@ -34,7 +34,7 @@ def models(scene: Scene) -> Iterator[Model]:
                 kind="limitation",
                 claim=f"highlights have {lobe.capitalize()}'s lobe at the exponent that Fisher and Woo match",
                 cites=f"{_PAPER}; Fisher and Woo 1994, R.E versus N.H specular highlights, Graphics Gems IV",
-                edit=_shiny(lambda each, lobe=lobe: matched(each, lobe)),  # type: ignore[misc]
+                edit=lambda scene, lobe=lobe: with_lobe(scene, f"{lobe}_matched"),  # type: ignore[misc]
                 when=("lobe", f"{lobe}_matched"),
             )
     for name, rule, factor in (
@@ -105,6 +105,16 @@ def matched(material: Material, lobe: str) -> Material:
         return material
     factor = 4.0 if lobe == "blinn" else 0.25
     return replace(material, lobe=lobe, exponent=material.exponent * factor)  # type: ignore[arg-type]
+
+
+def with_lobe(scene: Scene, lobe: str) -> Scene:
+    """``scene`` as a renderer draws it that has one lobe only; ``lobe`` as in an adapter's declaration."""
+    if lobe == "authored":
+        return scene
+    kind, _, at = lobe.partition("_")
+    if at:
+        return _shiny(lambda each: matched(each, kind))(scene)
+    return _shiny(lambda each: replace(each, lobe=kind))(scene)  # type: ignore[arg-type]
 
 
 def scaled(material: Material, factor: float) -> Material:

@@ -1,4 +1,4 @@
-"""The terminator problem: planar facets that stand for a smooth surface and shadow, reflect and refract in its place."""
+"""The terminator problem: planar facets that shadow, reflect and refract in the place of a smooth surface."""
 
 from __future__ import annotations
 

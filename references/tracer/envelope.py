@@ -31,12 +31,14 @@ class Options:
     mirrored_highlight : a highlight seen in a mirror uses the view vector of the mirror ray, its ``own``, of the
         ``primary`` ray, or is ``lost``.
     retroreflection : a mirror ray goes back where it came from.
+    unreversed : left and right are exchanged in what a mirror shows, y being up.
     transparent_shadows : a surface with opacity ``attenuate``s a shadow ray by 1 - opacity and glass blocks it, both
         are ``opaque``, or glass lets all light through, ``free``, or its share of it, ``glass``.
     whole_reflection : total internal reflection sends on all of the light, whatever mirror and transmission are.
     ties : of surfaces that float32 points cannot tell apart the ``nearest`` by rounding wins, or the ``first`` in the
-        scene; or of those within ``resolution`` of it ``another`` one; or the first, and it is ``unlit`` where there is
-        another. Unless the nearest wins, coincident surfaces do not shadow each other.
+        scene; or of those within ``resolution`` of it ``another`` one, the first in the scene or the ``next`` along the
+        ray; or the first, and it is ``unlit`` where there is another. Unless the nearest wins, coincident surfaces do
+        not shadow each other.
     resolution, near_resolution : what a renderer cannot tell apart along a ray: the first times distance and size, plus
         the second times the squared distance (a depth buffer's).
         Two faults: coincident surfaces have their ``blend``, or there is a ``hole``.
@@ -65,8 +67,9 @@ class Options:
     uncut: bool = False
     mirrored_highlight: Literal["own", "primary", "lost"] = "own"
     retroreflection: bool = False
+    unreversed: bool = False
     transparent_shadows: Literal["attenuate", "opaque", "free", "glass"] = "attenuate"
-    ties: Literal["nearest", "first", "another", "unlit", "blend", "hole"] = "first"
+    ties: Literal["nearest", "first", "another", "unlit", "blend", "hole", "next"] = "first"
     resolution: float = 0.0
     near_resolution: float = 0.0
     whole_reflection: bool = False
@@ -95,9 +98,9 @@ class Options:
                 int(self.raw_vectors),
                 int(self.uncut),
                 ("own", "primary", "lost").index(self.mirrored_highlight),
-                int(self.retroreflection),
+                2 if self.unreversed else int(self.retroreflection),
                 ("attenuate", "opaque", "free", "glass").index(self.transparent_shadows),
-                ("nearest", "first", "another", "unlit", "blend", "hole").index(self.ties),
+                ("nearest", "first", "another", "unlit", "blend", "hole", "next").index(self.ties),
                 self.acne,
                 int(self.whole_reflection),
                 int(self.self_reflection),
@@ -174,8 +177,8 @@ def _pass(
     """Render ``pixels`` with all threads; every pixel is computed alike whatever their number."""
     threads = threads or os.cpu_count() or 1
     option, number = options.encoded(), options.numbers()
-    if len(scene.objects) < 2:
-        option[kernels.TIE] = 0  # nothing can coincide
+    if len(scene.objects) < 2 and options.ties == "first":
+        option[kernels.TIE] = 0  # there is no other object to be first
 
     def work(part: npt.NDArray[np.int64]) -> None:
         kernels.render_pixels(

@@ -53,9 +53,12 @@ class Probe:
     lights: tuple[LightTerms, ...] = ()
 
 
-def probe(scene: Scene, options: Options, x: float, y: float) -> Probe:
-    """Follow the camera ray through raster position (x, y) of ``scene`` (pixel centres at +0.5) under ``options``."""
-    flat = flatten(scene)
+def probe(scene: Scene, options: Options, x: float, y: float, flat: Flat | None = None) -> Probe:
+    """Follow the camera ray through raster position (x, y) of ``scene`` (pixel centres at +0.5) under ``options``.
+
+    ``flat`` is ``flatten(scene)``, for those who probe many pixels.
+    """
+    flat = flatten(scene) if flat is None else flat
     stack = np.empty(STACK, np.int32)
     c = flat.camera
     d = (2 * x / scene.width - 1) * c[3:6] + (1 - 2 * y / scene.height) * c[6:9] + c[9:12]

@@ -138,7 +138,7 @@ def radiance(
             # of coincident surfaces the first of the scene wins; within the renderer's resolution another one may
             found = spheres.object[ball] if ball >= 0 and spheres is not None else flat.object[i]
             triangle, sphere, along, a0, a1, a2, winner = rival(
-                flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, False, stack
+                flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, -1, 0, stack
             )
             if winner >= 0 and winner != found:
                 i, ball, t, b0, b1, b2, found = triangle, sphere, along, a0, a1, a2, winner
@@ -147,15 +147,16 @@ def radiance(
                 extent += type(dx)(number[RESOLUTION]) * (t + flat.radius + abs(ox) + abs(oy) + abs(oz))
                 extent += type(dx)(number[NEAR_RESOLUTION]) * axial * t
                 triangle, sphere, along, a0, a1, a2, winner = rival(
-                    flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, True, stack
-                )
+                    flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found,
+                    flat.face[i] if i >= 0 else -1, 2 if option[TIE] == 6 else 1, stack,
+                )  # fmt: skip
                 if winner >= 0:
                     between = max(between, abs(along - t))
                     if option[TIE] == 5:  # a hole: the fault of losing both
                         continue
                     if option[TIE] == 4:
                         blend = flat.material[winner]
-                    if option[TIE] == 2:
+                    if option[TIE] == 2 or option[TIE] == 6:
                         i, ball, t, b0, b1, b2 = triangle, sphere, along, a0, a1, a2
                     unlit = option[TIE] == 3
         x, y, z = ox + t * dx, oy + t * dy, oz + t * dz
@@ -333,8 +334,11 @@ def radiance(
             nv = nx * vx + ny * vy + nz * vz
             two = type(dx)(2)
             mx, my, mz = two * nv * nx - vx, two * nv * ny - vy, two * nv * nz - vz
-            if option[RETRO]:
+            if option[RETRO] == 1:
                 mx, my, mz = vx, vy, vz
+            elif option[RETRO] == 2 and nx * nx + nz * nz > 0:
+                swing = two * (mx * nz - mz * nx) / (nx * nx + nz * nz)  # along y x N
+                mx, mz = mx - swing * nz, mz + swing * nx
             mr, mg, mb = c[1], c[2], c[3]
             if depth < BOUNCES and (c[4] > 0 or c[5] > 0 or c[6] > 0):
                 enters = inside != owner if option[COUNTED] else side > 0

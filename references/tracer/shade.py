@@ -110,7 +110,7 @@ def highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz, raw):
 
 @kernel
 def corner(flat, i, k, side, ox, oy, oz, b0, b1, b2, silhouette):
-    """Corner ``k`` of triangle ``i`` for Gouraud's interpolation: position, unit normal, V towards (ox, oy, oz), weight.
+    """Corner ``k`` of triangle ``i``, for Gouraud: position, unit normal, V towards (ox, oy, oz), weight.
 
     ``side`` is -1 where the facet is seen from behind. A normal that faces away from the viewer is kept, flipped (1)
     or its corner painted black (2, weight 0).

@@ -19,7 +19,8 @@ from notabug.adapters import settings as typed
 from notabug.adapters.base import Adapter, Quality, RendererError, RendererMissingError, UnsupportedError
 from notabug.adapters.command import Command
 from notabug.adapters.config import ConfigError, Table, find_config, renderer_tables
-from notabug.adapters.configured import configured
+from notabug.adapters.configured import _COMMAND_KEYS, _LIMIT_KEYS, configured
+from notabug.adapters.declared import KEYS
 from notabug.adapters.files import Files
 from notabug.adapters.zbuffer import ZBuffer
 from notabug.scenes_usd.errors import NotabugError
@@ -150,11 +151,13 @@ VALUES = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
     max_leaves=6,
 )
-KEYS = st.sampled_from(["command", "files", "adapter", "scene", "memory", "environment", "radius", "filter", "version"])
+NAMES = st.sampled_from(
+    ["command", "files", "adapter", "scene", "memory", "environment", "radius", "filter", "version"]
+)
 
 
 @settings(max_examples=300)
-@given(st.dictionaries(KEYS | st.text(max_size=10), VALUES, max_size=4))
+@given(st.dictionaries(NAMES | st.text(max_size=10), VALUES, max_size=4))
 def test_any_table_is_an_adapter_or_a_clear_error(values: dict[str, Any]) -> None:
     with contextlib.suppress(ConfigError):
         configured("mine", table(**values), {"zbuffer": ZBuffer()})
@@ -267,3 +270,11 @@ def test_entry_points_bring_adapters_and_a_broken_one_harms_nobody(
         found["broken"].find()
     with pytest.raises(NotabugError):
         found["mine"].find()
+
+
+def test_the_manual_names_every_key_and_placeholder() -> None:
+    manual = (Path(__file__).resolve().parents[2] / "docs" / "your-renderer.md").read_text(encoding="utf-8")
+    keys = {*_COMMAND_KEYS, *_LIMIT_KEYS, *KEYS, "files", "adapter"}
+    missing = {key for key in keys if f"`{key}`" not in manual and f"\n{key} = " not in manual}
+    assert missing == set()
+    assert [hole for hole in typed.PLACEHOLDERS if f"{{{hole}}}" not in manual] == []

@@ -15,7 +15,6 @@ from notabug.scenes_usd.scene import Mesh, Scene
 CENTRES = Quality(samples=1)
 NOISY = Quality(samples=16, seeds=(0, 1, 2, 3))
 FLOAT32 = Declaration("float32", "point", 0.0, 2.0**-24, relative_quantum=True, noisy=False)
-BOX32 = replace(FLOAT32, filter="box", radius=0.5)
 CASES = [
     ("acne/sphere", {}, "no_epsilon"),
     ("acne/grazing_plane", {}, "no_epsilon"),
@@ -33,8 +32,12 @@ def small(scene: Scene, size: int = 128) -> Scene:
     return replace(scene, width=size, height=size)
 
 
-@pytest.mark.parametrize("quality", [CENTRES, NOISY], ids=["centres", "noisy"])
-@pytest.mark.parametrize(("name", "variants", "fault"), CASES)
+@pytest.mark.parametrize(
+    ("name", "variants", "fault", "quality"),
+    # a mean over samples cannot tell a hole or a blend from a mixture of what the limitation admits
+    [(*each, CENTRES) for each in CASES]
+    + [(*each, NOISY) for each in CASES if each[2] in ("no_epsilon", "loser_wins")],
+)
 def test_each_is_a_bug_of_its_name(studio: Any, name: str, variants: Any, fault: str, quality: Quality) -> None:
     scene = small(studio.scene(name, **variants), 128 if quality is CENTRES else 64)
     adapter = InHouse(faults=(fault,))
@@ -85,18 +88,15 @@ def support_of_acne(studio: Any, scene: Scene) -> Any:
 
 
 def test_dots_where_no_epsilon_helps_are_a_limitation_and_a_band_is_a_bug(studio: Any) -> None:
-    """On average over samples, acne is a band that is half dark; but a half-dark band is no acne."""
+    """At one sample a pixel, that is: on average over samples acne itself is a narrow band that is half dark."""
     scene = small(studio.scene("acne/sphere", camera_distance="1e3"))
     band, picture = support_of_acne(studio, scene)
     assert 40 < band.sum() < 0.25 * (picture > 0).any(-1).sum()
     dots = band & (np.random.default_rng(3).random(band.shape) < 0.4)
     found = studio.verdict([np.where(dots[..., None], 0.0, picture)], scene, FLOAT32)
     assert (found.word, [each.name for each in found.findings]) == ("limitation", ["acne"])
-    for declaration in (FLOAT32, BOX32):
-        half = studio.verdict([np.where(band[..., None], 0.5 * picture, picture)], scene, declaration)
-        assert half.word == "bug"
-        black = studio.verdict([np.where(band[..., None], 0.0, picture)], scene, declaration)
-        assert black.word == "bug"
+    for shade in (0.5, 0.0):
+        assert studio.verdict([np.where(band[..., None], shade * picture, picture)], scene, FLOAT32).word == "bug"
 
 
 def test_where_acne_may_be_everywhere_no_picture_can_tell(studio: Any) -> None:

@@ -19,6 +19,8 @@ from notabug.run import Plan, run
 from notabug.scenes_usd.reader import find, read_scene
 from notabug.selection import choose
 
+pytestmark = pytest.mark.slow
+
 PROGRAM = Path(__file__).with_name("misbehaving.py")
 
 MATRIX = {

@@ -17,6 +17,8 @@ from notabug.adapters.export.formats import write_pfm
 from notabug.references.predict import predict
 from notabug.scenes_usd.reader import find, read_scene
 
+pytestmark = pytest.mark.slow
+
 PROGRAM = Path(__file__).with_name("misbehaving.py")
 NAMES = tuple(f"scene{index}" for index in range(8))
 

@@ -32,7 +32,7 @@ EXTRA = (  # variants beside the default ones, where other limitations show
     ("phong/floor_lobes", {"lobe": "blinn"}),
     ("visibility/near_clip", {"near": ".001"}),
 )
-NAMED = ("box", "16 samples")  # conditions under which bugs are named too: naming costs ten times the verdict
+NAMED = ("box", "16 samples")  # a bug is named under one of these: naming costs ten times the verdict
 MIXED = ("acne", "coincident_surfaces")  # each sample takes one of several values: judged by single samples
 MUST = (("light_gain", 1.01), ("exponent", 1.1), ("pixel_shift", 0.25), ("wrong_pixels", 50.0))
 

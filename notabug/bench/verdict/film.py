@@ -101,8 +101,8 @@ def _noisy(sub: Floats, condition: Condition, rng: np.random.Generator) -> Float
     """One seed: samples at random places of each pixel, each with a gamma-distributed factor of mean 1."""
     s, n = SUBSAMPLES, condition.samples
     h, w = sub.shape[0] // s, sub.shape[1] // s
-    count = rng.multinomial(n, np.full(s * s, 1.0 / (s * s)), size=(h, w)).reshape(h, w, s, s)
-    count = count.swapaxes(1, 2).reshape(h * s, w * s).astype(np.float64)
+    drawn = rng.multinomial(n, np.full(s * s, 1.0 / (s * s)), size=(h, w)).reshape(h, w, s, s)
+    count: Floats = drawn.swapaxes(1, 2).reshape(h * s, w * s).astype(np.float64)
     shape = 1.0 / SPREAD**2
     weight = rng.standard_gamma(count * shape) / shape  # the sum of ``count`` gammas is a gamma
     value = filtered(sub * weight[..., None], condition) / filtered(count[..., None], condition)
@@ -122,8 +122,8 @@ def shoot(sub: Floats, condition: Condition, seed: int, count: int = 0) -> list[
 def written(picture: Floats, condition: Condition) -> npt.NDArray[np.float32]:
     """``picture`` as it comes back from the file, linear again."""
     if condition.encoding == "srgb8":
+        from notabug.adapters.declared import decode_srgb
         from notabug.bench.verdict.gates import eight_bit
-        from notabug.judging import decode_srgb
 
         return decode_srgb(eight_bit(picture))
     if condition.encoding == "half":

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +23,7 @@ _YIQ_WEIGHTS = np.array([0.5053, 0.299, 0.1957])  # Kotsarenko and Ramos 2010, a
 _YIQ_LARGEST = 35215.0 / 255.0**2  # of that distance
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Pair:
     """A picture and its reference, (h, w, 3) linear, and the variance of the picture's mean where it is known."""
 
@@ -30,9 +31,35 @@ class Pair:
     reference: Floats
     variance: Floats
 
+    @cached_property
     def encoded(self) -> tuple[Floats, Floats]:
         """Both as 8-bit sRGB, 0 to 1."""
         return eight_bit(self.picture), eight_bit(self.reference)
+
+    @cached_property
+    def ciede(self) -> Floats:
+        """CIEDE2000 (h, w) of the encoded pictures."""
+        from skimage import color
+
+        a, b = (color.rgb2lab(each) for each in self.encoded)
+        return np.asarray(color.deltaE_ciede2000(a, b))
+
+    @cached_property
+    def ictcp(self) -> Floats:
+        """Delta E_ITP (h w,)."""
+        from notabug.metrics import perceive
+
+        return perceive.delta_itp(self.reference.reshape(-1, 3), self.picture.reshape(-1, 3))
+
+    @cached_property
+    def yee(self) -> int:
+        """How many pixels Yee's metric sees a difference in."""
+        import OpenImageIO as oiio  # noqa: N813 - its own name for itself
+
+        result = oiio.CompareResults()
+        a, b = (oiio.ImageBuf(np.ascontiguousarray(each, np.float32)) for each in (self.picture, self.reference))
+        oiio.ImageBufAlgo.compare_Yee(a, b, result)
+        return int(result.nfail)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,10 +89,10 @@ def gates() -> tuple[Gate, ...]:
         Gate("Mitsuba z-test", _mitsuba),
         Gate("mean FLIP", _flip, own=False),
         Gate("SSIM", _ssim, own=False),
-        Gate("CIEDE2000, mean", lambda pair: float(_ciede(pair).mean()), own=False),
-        Gate("CIEDE2000, 99 %", lambda pair: float(np.percentile(_ciede(pair), 99)), own=False),
-        Gate("ICtCp, mean", lambda pair: float(_ictcp(pair).mean()), own=False),
-        Gate("ICtCp, 99 %", lambda pair: float(np.percentile(_ictcp(pair), 99)), own=False),
+        Gate("CIEDE2000, mean", lambda pair: float(pair.ciede.mean()), own=False),
+        Gate("CIEDE2000, 99 %", lambda pair: float(np.percentile(pair.ciede, 99)), own=False),
+        Gate("ICtCp, mean", lambda pair: float(pair.ictcp.mean()), own=False),
+        Gate("ICtCp, 99 %", lambda pair: float(np.percentile(pair.ictcp, 99)), own=False),
         Gate("RMSE", lambda pair: math.sqrt(float(((pair.picture - pair.reference) ** 2).mean())), own=False),
     )
 
@@ -91,7 +118,7 @@ def _failing(threshold: float, share: float, *, srgb: bool = False, hard: float 
     def score(pair: Pair) -> float:
         import OpenImageIO as oiio  # noqa: N813 - its own name for itself
 
-        first, second = pair.encoded() if srgb else (pair.picture, pair.reference)
+        first, second = pair.encoded if srgb else (pair.picture, pair.reference)
         a, b = (oiio.ImageBuf(np.ascontiguousarray(each, np.float32)) for each in (first, second))
         result = oiio.ImageBufAlgo.compare(a, b, threshold + epsilon, threshold, relative, relative)
         failed = _more(result.nfail / (first.shape[0] * first.shape[1]), share)
@@ -105,31 +132,25 @@ def _perceptual(threshold: float, share: float) -> Callable[[Pair], float]:
     plain = _failing(threshold, share)
 
     def score(pair: Pair) -> float:
-        import OpenImageIO as oiio  # noqa: N813 - its own name for itself
-
-        result = oiio.CompareResults()
-        a, b = (oiio.ImageBuf(np.ascontiguousarray(each, np.float32)) for each in (pair.picture, pair.reference))
-        oiio.ImageBufAlgo.compare_Yee(a, b, result)
-        seen = _more(float(result.nfail) / (pair.picture.shape[0] * pair.picture.shape[1]), share)
-        return max(plain(pair), seen)
+        return max(plain(pair), _more(pair.yee / (pair.picture.shape[0] * pair.picture.shape[1]), share))
 
     return score
 
 
 def _off(pair: Pair) -> Floats:
-    a, b = pair.encoded()
+    a, b = pair.encoded
     return np.abs(a - b)
 
 
 def _yiq(pair: Pair) -> Floats:
-    a, b = pair.encoded()
+    a, b = pair.encoded
     return np.asarray(((a - b) @ _YIQ.T) ** 2 @ _YIQ_WEIGHTS)
 
 
 def _khronos(pair: Pair) -> float:
     """Root mean square of the YIQ distance in decibels; -22 dB is the limit."""
     rms = math.sqrt(float(_yiq(pair).mean()) / _YIQ_LARGEST)
-    return 10.0 ** ((20.0 * math.log10(max(rms, 1e-12)) + 22.0) / 20.0)
+    return float(10.0 ** ((20.0 * math.log10(max(rms, 1e-12)) + 22.0) / 20.0))
 
 
 def _mitsuba(pair: Pair) -> float:
@@ -151,18 +172,5 @@ def _flip(pair: Pair) -> float:
 def _ssim(pair: Pair) -> float:
     from skimage.metrics import structural_similarity
 
-    a, b = pair.encoded()
+    a, b = pair.encoded
     return 1.0 - float(structural_similarity(a, b, channel_axis=2, data_range=1.0))
-
-
-def _ciede(pair: Pair) -> Floats:
-    from skimage import color
-
-    a, b = (color.rgb2lab(each) for each in pair.encoded())
-    return np.asarray(color.deltaE_ciede2000(a, b))
-
-
-def _ictcp(pair: Pair) -> Floats:
-    from notabug.metrics import perceive
-
-    return np.asarray(perceive.delta_itp(pair.reference.reshape(-1, 3), pair.picture.reshape(-1, 3)))

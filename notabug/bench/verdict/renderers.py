@@ -114,6 +114,7 @@ def expose_renderer(group: Group) -> list[dict[str, Any]]:
             "right": sorted(fault.right) if fault else [group.name],
             "named": group.label == "bug",
             **said(verdict),
+            "twin": False,
             "seconds": 0.0,
             "samples": sum(each.samples for each in made) * scene.width * scene.height,
             "gates": {},

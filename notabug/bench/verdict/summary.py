@@ -156,6 +156,11 @@ def sequential(records: Sequence[Record]) -> dict[str, Any]:
     }
 
 
+def rightly_named(record: Record) -> bool:
+    """Whether a bug has the name of its fault, or of one that was proven to give the same picture."""
+    return record["bugs"][0] in record["right"] or bool(record["twin"])
+
+
 def summary(records: Sequence[Record]) -> dict[str, Any]:
     """Every number of one side of the split."""
     seen = shown(records)
@@ -171,7 +176,7 @@ def summary(records: Sequence[Record]) -> dict[str, Any]:
         "limitations_called_bug": rate(limited, lambda r: r["word"] == "bug"),
         "clean_called_bug": rate(clean, lambda r: r["word"] == "bug"),
         "limitations_named": rate(limited, lambda r: r["word"] == "limitation" and r["limitations"] == r["right"]),
-        "faults_named": rate(named, lambda r: r["bugs"][0] in r["right"]),
+        "faults_named": rate(named, rightly_named),
         "false_alarms": {
             condition: rate([r for r in clean if r["condition"] == condition], lambda r: r["word"] == "bug")
             for condition in dict.fromkeys(r["condition"] for r in clean)
@@ -190,6 +195,7 @@ def summary(records: Sequence[Record]) -> dict[str, Any]:
         "judges": judges(records),
         "floors": floors(records),
         "sequential": sequential(records),
+        "twins": sorted({(r["name"], r["bugs"][0]) for r in named if r["twin"]}),
         "mistakes": [
             {
                 key: r[key]
@@ -210,6 +216,6 @@ def summary(records: Sequence[Record]) -> dict[str, Any]:
             for r in seen
             if (r["label"] == "clean" and r["word"] not in ("pass", "inconclusive"))
             or (r["label"] == "limitation" and (r["word"] != "limitation" or r["limitations"] != r["right"]))
-            or (r["label"] == "bug" and (r["word"] != "bug" or (r["named"] and r["bugs"][0] not in r["right"])))
+            or (r["label"] == "bug" and (r["word"] != "bug" or (r["named"] and not rightly_named(r))))
         ],
     }
