@@ -239,7 +239,7 @@ class Cluster:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._executor is not None:
-            self._executor.shutdown(wait=error is None, cancel_futures=True)
+            self._executor.shutdown(wait=error is None)  # without waiting it drops what is not done
         self._stack.close()
 
 
