@@ -62,7 +62,9 @@ class InHouse:
 
         check_supported(self, scene)
         drawn = replace(scene, intent=None)  # meshes are drawn as they are, whatever they stand for
-        chosen = [each for each in models(scene) if each.name in ("facet_self_shadow", *self.faults)]
+        wanted = ("facet_self_shadow", *self.faults)
+        # of several models of a name, one a light or an axis say, the first
+        chosen = {each.name: each for each in reversed(list(models(scene))) if each.name in wanted}.values()
         configured_scene, options = configured(drawn, chosen)
         samples = max(1, quality.samples)
         made = []

@@ -176,6 +176,8 @@ def likely(
             best = replace(fault.at(strength), at=fault.at, strength=strength, neutral=fault.neutral)
             change = preview((best,)) - sharp
         yield best
+        if best.strength != fault.strength:  # a limitation beside the fault can mislead the fit
+            yield replace(fault, at=None)
 
 
 def coarse(values: Floats, step: int) -> Floats:
