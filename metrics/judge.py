@@ -15,7 +15,7 @@ from notabug.metrics import perceive as eye
 from notabug.metrics.admissible import RELATIVE, Admissible, Bools, admissible
 from notabug.metrics.causes import gain_message
 from notabug.metrics.channels import largest, total
-from notabug.metrics.explain import Explanation, admitted, explain
+from notabug.metrics.explain import Explanation, Predict, admitted, explain, support
 from notabug.metrics.naming import UNNAMED, Name, Others, name_bug
 from notabug.metrics.noise import TILE, Measured, measure
 from notabug.metrics.valid import box, invalid
@@ -27,6 +27,7 @@ from notabug.scenes_usd.scene import Scene
 Floats = npt.NDArray[np.floating]
 
 REGIONS = 12  # boxes a finding lists at most
+UNTELLABLE = 0.25  # share of the lit pixels where no epsilon helps, beyond which acne is neither right nor wrong
 BLIND = 3.0  # standard errors of a tile's mean that must fit into the tolerance, or the picture is too noisy to judge
 
 
@@ -64,10 +65,11 @@ def judge(
     pixel counts. ``naming`` looks for the fault behind a bug; without it every bug is ``unexplained``. ``others`` gives
     references of other scenes, to recognise a picture that belongs to one of them.
     """
-    sets: dict[tuple[tuple[str, str], ...], Admissible] = {}
+    sets: dict[tuple[tuple[str, ...], ...], Admissible] = {}
 
     def predicted(chosen: tuple[Model, ...]) -> Admissible:
-        key = tuple((each.name, repr(each.options)) for each in chosen)
+        # the claim holds what tells models of one name apart: an axis, a strength
+        key = tuple((each.name, each.claim, repr(each.options)) for each in chosen)
         if key not in sets:
             sets[key] = admissible(predict(scene, chosen), declaration, tolerance)
         return sets[key]
@@ -86,10 +88,11 @@ def judge(
     findings: tuple[Finding, ...] = ()
     word: Word
     hesitation = _hesitation(measured, found, declaration, len(pictures))
+    hesitation = hesitation or _beyond_telling(found, open_to, predicted, declaration)
     considered = {key[0][0]: to.value for key, to in sets.items() if len(key) == 1}
     name = None
     if found.triggers and (not hesitation or not declaration.noisy):
-        faults = [each for each in known if each.kind == "fault"]
+        faults = [each.under(declaration) for each in known if each.kind == "fault"]
         name = UNNAMED
         if naming:
             name = name_bug(measured, found, faults, open_to, predicted, previewed, others)
@@ -142,6 +145,23 @@ def _hesitation(measured: Measured, found: Explanation, declaration: Declaration
     if not found.triggers and BLIND * ratio > 1.0:
         factor = (BLIND * ratio) ** 2
         return f"too noisy: {factor:.1f} times as many samples would decide"
+    return ""
+
+
+def _beyond_telling(found: Explanation, open_to: Sequence[Model], predicted: Predict, declaration: Declaration) -> str:
+    """Why a picture that chance explains says nothing, or "": rounding may then do that to most of what is lit."""
+    if found.triggers or not any(each.rule == "set" for each in found.models):
+        return ""
+    bare = predicted(())
+    lit = largest(bare.value) > 0
+    for each in open_to:
+        if each.name == "acne":
+            share = float((support(bare, predicted((each,))) & lit).sum()) / max(1.0, float(lit.sum()))
+            if share > UNTELLABLE:
+                return (
+                    f"no picture can tell here: with a rounding of {declaration.hit_error:.1e} of the distance no"
+                    f" reasonable epsilon prevents acne on {share:.0%} of what is lit; bring camera or scene nearer"
+                )
     return ""
 
 

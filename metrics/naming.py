@@ -26,6 +26,7 @@ Floats = npt.NDArray[np.floating]
 STEPS = (4, 1)  # pixels a block: a texture that has moved by more than a texel is found only where it is blurred
 REMAINS = 0.15  # a name may leave this much of the bug leg: right ones leave .08, a gamma in the place of an albedo .18
 SAME = 0.97  # correlation from which two pictures show the same scene
+NOTHING = 0.02  # what a name leaves where two renderers see different surfaces at an edge
 OTHER = 0.7  # and below which they do not
 LIKELY = 6  # faults that are fitted in full
 ALIKE = 0.3  # correlation of the changes below which a fault is not tried
@@ -46,7 +47,8 @@ class Name:
     """What a bug is called, why, and the share of the bug leg that the name leaves (0: it explains everything).
 
     ``fitted`` is the explanation by that fault and the limitations beside it, None where no model of a fault is meant.
-    ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg.
+    ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
+    fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Name:
     remains: float
     misfit: float = math.inf
     fitted: Explanation | None = None
+    freedom: float = 0.0
 
 
 UNNAMED = Name("unexplained", "no model of a fault leaves this picture", 1.0)
@@ -72,7 +75,7 @@ def name_bug(
     best: Name | None = None
     reference = predict(())
     for each in _names(measured, found, faults, limitations, predict, preview):
-        if each.remains < REMAINS and (best is None or each.misfit < BETTER * best.misfit):
+        if each.remains < REMAINS and (best is None or _better(each, best)):
             best = each
     if best is not None:
         return best
@@ -81,6 +84,12 @@ def name_bug(
         if likeness > SAME:
             return Name("wrong_scene", f"this is a picture of {name}", 0.0)
     return UNNAMED
+
+
+def _better(each: Name, best: Name) -> bool:
+    if each.freedom and best.freedom:
+        return (max(each.remains, NOTHING), each.freedom) < (max(best.remains, NOTHING), best.freedom)
+    return each.misfit < BETTER * best.misfit
 
 
 def _names(
@@ -110,14 +119,17 @@ def _names(
         tried: list[Explanation] = []
         hopeless = False
         for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
-            if tried and (hopeless or not _useful(tried[0], fault, models, predict)):
+            if tried and models != found.models and (hopeless or not _useful(tried[0], fault, models, predict)):
                 continue
             fitted = fit(measured, models, predict, (fault,))
             tried.append(fitted)
             left = fitted.significance
             remains = left.excess / length if not faint else float(bool(fitted.triggers))
-            freedom = 0.0 if fault.rule == "choice" else CHOICE
-            yield Name(fault.name, fault.claim, remains, misfit(fitted.target) + freedom, fitted)
+            off = misfit(fitted.target)
+            if fault.rule == "choice":
+                yield Name(fault.name, fault.claim, remains, off, fitted)
+            else:
+                yield Name(fault.name, fault.claim, remains, off * FREE + CHOICE, fitted, fitted.freedom)
             hopeless = hopeless or remains > HOPE
             if fault.at is not None and not models and NEARLY < remains < HOPE:  # quick pictures gave a rough strength
                 closer = _refined(fault, changed_by(measured, reference), predict, scale)
@@ -155,12 +167,17 @@ def likely(
         product = float(np.linalg.norm(a) * np.linalg.norm(b))
         return abs(float((a * b).sum())) / product if product > 0 else 0.0
 
+    def covered(change: Floats, other: Floats) -> float:
+        a = (np.clip(change / scale, -CLIP, CLIP) * at) ** 2
+        return float(a[other != 0].sum() / max(float(a.sum()), 1e-30))
+
     ranked = []
     for index, fault in enumerate(faults):
         change = preview((fault,)) - sharp
-        score = max(
-            compared(each, change, fault.local or fault.rule != "choice", step) for each in changes for step in STEPS
-        )
+        local = fault.local or fault.rule != "choice"
+        score = max(compared(each, change, local, step) for each in changes for step in STEPS)
+        if fault.rule == "any":  # what it shows may be anything, where it acts
+            score = max(score, *(covered(each, change) for each in changes))
         if score > ALIKE:
             ranked.append((-score, index, fault, change))
     for _, _, fault, change in sorted(ranked, key=lambda each: each[:2])[:LIKELY]:

@@ -53,9 +53,12 @@ class Probe:
     lights: tuple[LightTerms, ...] = ()
 
 
-def probe(scene: Scene, options: Options, x: float, y: float) -> Probe:
-    """Follow the camera ray through raster position (x, y) of ``scene`` (pixel centres at +0.5) under ``options``."""
-    flat = flatten(scene)
+def probe(scene: Scene, options: Options, x: float, y: float, flat: Flat | None = None) -> Probe:
+    """Follow the camera ray through raster position (x, y) of ``scene`` (pixel centres at +0.5) under ``options``.
+
+    ``flat`` is ``flatten(scene)``, for those who probe many pixels.
+    """
+    flat = flatten(scene) if flat is None else flat
     stack = np.empty(STACK, np.int32)
     c = flat.camera
     d = (2 * x / scene.width - 1) * c[3:6] + (1 - 2 * y / scene.height) * c[6:9] + c[9:12]
@@ -145,8 +148,8 @@ def _light(
     leaves = ball if facet @ to > 0 else -1
     if options.shadows != "none" and cosine > 0:
         share, spared = transmittance(
-            flat, flat.spheres, flat.secondary, *at, *to, start, end, triangle, leaves,
-            options.shadows == "forgiving", side, cosine, options.encoded()[TRANSPARENT],
+            flat, flat.spheres, flat.secondary, *at, *to, start, end, triangle, leaves, True,
+            int(options.shadows == "forgiving"), side, cosine, options.encoded()[TRANSPARENT],
             options.shadow_rays == "culled", stack,
         )  # fmt: skip
         arrays = (flat.bounds, flat.child, flat.size, flat.points, flat.face)

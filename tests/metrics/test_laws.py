@@ -17,7 +17,7 @@ from hypothesis.extra import numpy as hnp
 from scipy import ndimage, stats
 
 from notabug.adapters.base import Declaration
-from notabug.judging import decode_srgb
+from notabug.adapters.declared import decode_srgb
 from notabug.metrics.admissible import admissible, laplacian
 from notabug.metrics.causes import encoded, gain_message, zoomed
 from notabug.metrics.judge import judge, regions
