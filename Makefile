@@ -6,13 +6,13 @@ PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3 python; d
 	"$$each" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v "$$each"; break; }; done)
 BIN := .venv/bin
 
-.PHONY: help setup renderers run test lint format bench clean
+.PHONY: help setup renderers browser run test lint format bench clean
 
 help:
 	@echo "make run    set up, render all scenes, judge (ARGS='SCENE -r RENDERER ...' for some)"
 	@echo "make test   set up, run the tests (ARGS='-k name')"
 	@echo "make lint   set up, check format, style and types"
-	@echo "make bench  set up, measure speed: tracer against Embree, envelope, verdict, start"
+	@echo "make bench  set up, measure speed (ARGS='verdict --quick': how well it judges)"
 	@echo "make setup  only the set-up; make clean removes it"
 
 setup: .venv/installed renderers
@@ -30,7 +30,10 @@ renderers: .venv/installed
 run: setup
 	$(BIN)/notabug run $(ARGS)
 
-test: setup
+browser: .venv/installed
+	@test -e .venv/browser || { .ci/browser && touch .venv/browser; } || true
+
+test: setup browser
 	$(BIN)/pytest -n auto $(ARGS)
 
 lint: .venv/installed

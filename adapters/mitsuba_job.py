@@ -23,7 +23,9 @@ What Mitsuba does, measured with 3.9.1, and what is written for it:
 
 from __future__ import annotations
 
+import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,6 +37,7 @@ from notabug.scenes_usd.scene import Camera, Light, Material, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
 
 Arrays = dict[str, npt.NDArray[Any]]
+DEFAULT_SAMPLES = 16
 BOUNCES = 8  # a path of depth d meets d - 1 surfaces
 _SIMILAR = 1e-6  # relative deviation from a similarity, or from square pixels, that float32 cannot show
 
@@ -67,6 +70,14 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str
         "textures": _textures(scene, arrays),
         "objects": [_object(scene, index, arrays) for index in range(len(scene.objects))],
     }, arrays
+
+
+def write_job(document: dict[str, Any], arrays: Arrays, folder: Path, variant: str) -> Path:
+    """The job in ``folder`` as ``mitsuba_child`` reads it, to be drawn by the Mitsuba ``variant``."""
+    np.savez(folder / "arrays.npz", allow_pickle=False, **arrays)
+    target = folder / "job.json"
+    target.write_text(json.dumps({**document, "variant": variant}), "utf-8")
+    return target
 
 
 def _check_one_way(material: Material) -> None:

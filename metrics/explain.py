@@ -20,7 +20,7 @@ from notabug.metrics.admissible import Admissible, Bools, residual
 from notabug.metrics.channels import largest, total
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import Nuisance, nuisance
-from notabug.metrics.significance import Significance, significance
+from notabug.metrics.significance import BUDGET, Significance, significance
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
@@ -64,17 +64,26 @@ class Explanation:
             found.append("shift")
         return tuple(found)
 
+    @property
+    def severity(self) -> float:
+        """How near the picture is to being called a bug: from 1 on it is one. It only ranks pictures."""
+        found = self.significance
+        near, away = int(found.pixels.sum()) / (BUDGET + 1), float(found.away)
+        return max(near, away, float(found.tiles.sum()), *self.nuisance.severity)
+
 
 def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: tuple[Model, ...] = ()) -> Explanation:
     """Explain ``measured`` by all of ``models`` on top of ``fixed`` (a fault under test)."""
     applied = fixed + models
     chosen = tuple(each for each in applied if each.rule == "choice")
     target = predict(chosen)
-    alphas: dict[str, Floats] = {
-        each.name: support(predict(fixed), predict((*fixed, each))).astype(np.float64)
-        for each in models
-        if each.rule == "choice" and all(other.rule == "choice" for other in fixed)
-    }
+    alphas: dict[str, Floats] = {}
+    fault = tuple(each for each in fixed if each.rule == "choice")
+    for each in (one for one in models if one.rule == "choice" and len(fault) == len(fixed)):
+        acts = support(predict(fault), predict((*fault, each)))
+        if not acts.any():  # alone; beside the others it may
+            acts = support(predict(tuple(other for other in chosen if other is not each)), target)
+        alphas[each.name] = acts.astype(np.float64)
     freedom = 0.0
     excluded = np.zeros(measured.mean.shape[:2], np.bool_)
     for each in applied:
@@ -208,10 +217,24 @@ def _grained(
 _RULES: dict[str, Callable[..., Explained]] = {"set": _mixture, "partial": _segment, "any": _anything}
 
 
-def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:
-    """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other."""
+def habits(models: Sequence[Model]) -> tuple[Model, ...]:
+    """The conventions among ``models`` whose feature has one value: a renderer has all of them at once."""
+    features = [each.when[0] for each in models if each.when]
+    return tuple(
+        each for each in models if each.kind == "convention" and each.when and features.count(each.when[0]) == 1
+    )
+
+
+def candidates(models: Sequence[Model], together: tuple[Model, ...] = ()) -> Iterator[tuple[Model, ...]]:
+    """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other.
+
+    The models ``together`` count as one, which beside others is the likeliest.
+    """
+    single: list[tuple[Model, ...]] = [(each,) for each in models]
+    block = [together] if len(together) > 1 else []
     for size in range(min(LARGEST_SET, len(models)) + 1):
-        for chosen in combinations(models, size):
+        for some in combinations(single + block if size < 2 else block + single, size):
+            chosen = tuple(each for unit in some for each in unit)
             features = [each.when[0] for each in chosen if each.when]
             if len(set(features)) == len(features):
                 yield chosen
@@ -233,7 +256,7 @@ def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Ex
     if not bare.triggers:
         return bare
     useful = [each for each in models if _helps(bare, each, predict)]
-    for chosen in candidates(useful):
+    for chosen in candidates(useful, habits(models)):
         if not chosen:
             continue
         found = fit(measured, chosen, predict)
@@ -241,11 +264,18 @@ def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Ex
             return replace(found, before=bare.significance.z)
         if found.significance.excess < 0.9 * best.significance.excess:
             best = found
+    for each in models:  # some act only beside others: the folds of a mesh that stands for a smooth one
+        if each not in (*useful, *best.models) and len(best.models) < LARGEST_SET and _helps(best, each, predict):
+            found = fit(measured, (*best.models, each), predict)
+            if not found.triggers:
+                return replace(found, before=bare.significance.z)
     return replace(best, before=bare.significance.z)
 
 
-def _helps(bare: Explanation, model: Model, predict: Predict) -> bool:
-    """Whether ``model`` moves any pixel that needs explaining."""
-    wrong = bare.significance.pixels
-    moved = (support(bare.target, predict((value,))) for value in model.values())
+def _helps(start: Explanation, model: Model, predict: Predict) -> bool:
+    """Whether ``model``, beside those of ``start``, moves any pixel that needs explaining."""
+    wrong = start.significance.pixels
+    beside = tuple(each for each in start.models if each.rule == "choice")
+    base = predict(beside)
+    moved = (support(base, predict((*beside, value))) for value in model.values())
     return not wrong.any() or any(bool((each & wrong).any()) for each in moved)

@@ -33,6 +33,7 @@ OURS = (
     "Makefile",
     "run",
     "renderers",
+    "browser",
 )
 
 

@@ -14,7 +14,7 @@ import jinja2
 from markupsafe import Markup
 
 from notabug.folders import write_text
-from notabug.metrics.verdict import GLYPH
+from notabug.gallery.templating import environment
 from notabug.record import SCHEMA, Result
 from notabug.report.pictures import address, levels, tone_map
 from notabug.scenes_usd.errors import NotabugError
@@ -59,7 +59,7 @@ class Row:
 def draw(out: Path, white: float = 1.0) -> Path:
     """Write ``out/report.html`` from ``out/run.json``; ``white`` is the radiance that the pictures show as white."""
     document = load(out)
-    results = [Result.from_dict(each) for each in document["results"]]
+    results = [Result.from_dict(each) for each in _results(document, out)]
     names = list(dict.fromkeys(each.renderer for each in results))
     rows: dict[tuple[str, str], Row] = {}
     for each in results:
@@ -67,26 +67,26 @@ def draw(out: Path, white: float = 1.0) -> Path:
         row.cells[each.renderer] = _cell(out, each, white)
         if not row.reference.address:
             row.reference = _picture(out, each.images.get("reference", ""), "reference", white)
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("notabug", "report"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"number": number, "readable": readable}
-    page = environment.get_template("page.html").render(
-        css=Markup(_asset("page.css")),  # noqa: S704 - our own file, not input
-        viewer=Markup(_asset("viewer.html")),  # noqa: S704
-        policy=_policy(),
-        document=document,
-        renderers=names,
-        rows=list(rows.values()),
-        glyphs=GLYPH,
-        counts=[(word, sum(each.verdict.word == word for each in results)) for word in STYLE],
-        summary=tally(each.verdict.word for each in results),
-        white=white,
-    )
+    try:
+        page = (
+            environment()
+            .get_template("page.html")
+            .render(
+                css=Markup(_style()),  # noqa: S704 - our own file, not input
+                viewer=Markup(_asset("viewer.html")),  # noqa: S704
+                policy=_policy(),
+                document=document,
+                renderers=names,
+                rows=list(rows.values()),
+                counts=[(word, sum(each.verdict.word == word for each in results)) for word in STYLE],
+                summary=tally(each.verdict.word for each in results),
+                white=white,
+            )
+        )
+    except (jinja2.UndefinedError, TypeError, ValueError, AttributeError) as error:
+        raise NotabugError(
+            "the record lacks what the page shows", where=str(out / "run.json"), got=str(error)
+        ) from error
     target = out / "report.html"
     write_text(target, page)
     return target
@@ -105,6 +105,13 @@ def load(out: Path) -> dict[str, Any]:
         got = str(document.get("schema")) if isinstance(document, dict) else type(document).__name__
         raise NotabugError("not a run's record", where=str(path), expected=f"schema {SCHEMA}", got=got)
     return document
+
+
+def _results(document: dict[str, Any], out: Path) -> list[Any]:
+    found = document.get("results")
+    if not isinstance(found, list):
+        raise NotabugError("not a run's record", where=str(out / "run.json"), expected="a list of results")
+    return found
 
 
 def _cell(out: Path, result: Result, white: float) -> Cell:
@@ -145,7 +152,7 @@ def _picture(out: Path, name: str, title: str, white: float) -> Shown:
     if not name:
         return Shown(title, note="no picture")
     try:
-        return Shown(title, address(tone_map(read_picture(_inside(out, name)).pixels, white)))
+        return Shown(title, address(tone_map(read_picture(inside(out, name)).pixels, white)))
     except NotabugError as error:
         return Shown(title, note=str(error))
 
@@ -154,12 +161,12 @@ def _heat(out: Path, name: str, title: str, pixels: int) -> Shown:
     if not name or not pixels:
         return Shown(title, note="empty")
     try:
-        return Shown(title, address(levels(read_picture(_inside(out, name)).pixels[:, :, 0])))
+        return Shown(title, address(levels(read_picture(inside(out, name)).pixels[:, :, 0])))
     except NotabugError as error:
         return Shown(title, note=str(error))
 
 
-def _inside(out: Path, name: str) -> Path:
+def inside(out: Path, name: str) -> Path:
     """A file of the run by its relative name; a record cannot make the report read anything else."""
     path = (out / name).resolve()
     if not path.is_relative_to(out.resolve()):
@@ -171,12 +178,17 @@ def _asset(name: str) -> str:
     return files("notabug.report").joinpath(name).read_text(encoding="utf-8")
 
 
+def _style() -> str:
+    """What the gallery's pages and the report share, and the report's own."""
+    return files("notabug.gallery").joinpath("static", "base.css").read_text(encoding="utf-8") + _asset("page.css")
+
+
 def _policy() -> str:
     """The page's content security policy: its own script and style, embedded pictures, no network."""
     script = _asset("viewer.html").partition("<script>")[2].partition("</script>")[0]
     return (
         f"default-src 'none'; img-src data:; script-src '{_hashed(script)}'; "
-        f"style-src '{_hashed(_asset('page.css'))}'; base-uri 'none'; form-action 'none'"
+        f"style-src '{_hashed(_style())}'; base-uri 'none'; form-action 'none'"
     )
 
 

@@ -39,6 +39,10 @@ class Model:
     grain : what it admits under ``set`` or ``any`` changes from pixel to pixel: dots, not blots.
     declared : options that are taken from an adapter's declaration, from the fields of the same names.
     drawn : switches by which the in-house renderer draws a fault, where they are not ``options``.
+    at : the same fault at another strength, for faults that come in all strengths; ``strength`` is this model's, and
+        0 (or 1, where ``neutral`` is 1: a factor) would be no fault.
+    local : a fault that may hit some parts of the scene and spare others, so that a picture of it takes this model's
+        value at some pixels and the reference's at the others.
     when : (field, value) of an adapter's declaration without which the model is not considered; None: always.
     """
 
@@ -54,6 +58,10 @@ class Model:
     grain: bool = False
     declared: tuple[str, ...] = ()
     drawn: Mapping[str, Any] | None = None
+    at: Callable[[float], Model] | None = None
+    strength: float = 0.0
+    neutral: float = 0.0
+    local: bool = False
 
     def under(self, declaration: object) -> Model:
         """This model with the numbers that ``declaration`` states."""
@@ -74,6 +82,11 @@ class Model:
             for index, options in enumerate(self.others, 2)
         )
         return (self, *more)
+
+
+def in_strengths(at: Callable[[float], Model], strength: float, neutral: float = 0.0) -> Model:
+    """The fault that ``at`` makes, at ``strength``; it can be made at others."""
+    return replace(at(strength), at=at, strength=strength, neutral=neutral)
 
 
 def edit_meshes(scene: Scene, edit: Callable[[Mesh], Mesh]) -> Scene:

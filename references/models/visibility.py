@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from notabug.references.models.model import Model
-from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.triangulate import triangulate
 
 _PAPER = "Woo, Pearce and Ouellette 1996, figure 9"
 
@@ -21,9 +24,17 @@ FAR_ABOVE = 5e-4  # of distance and size: 500 times what float32 cannot tell apa
 
 
 def models(scene: Scene) -> Iterator[Model]:
-    """Models of a scene with more than one object."""
-    if len(scene.objects) < 2:
+    """Models of a scene with more than one object, or with a mesh that is folded over itself."""
+    if len(scene.objects) < 2 and not any(_folded(each) for each in scene.meshes):
         return
+    yield Model(
+        name="another_wins",
+        kind="convention",
+        claim="of surfaces that coincide up to the rounding of their points another one than the scene's first wins",
+        cites=_PAPER,
+        options={"ties": "another"},
+        when=("coincident", "another"),
+    )
     for precision, resolution in FLOAT.items():
         yield _fight(f"ray_{precision}", {"resolution": resolution})
     near, far = scene.camera.near, scene.camera.far
@@ -33,13 +44,6 @@ def models(scene: Scene) -> Iterator[Model]:
         yield _fight(f"depth_{depth}", {"resolution": FLOAT["float32"], "near_resolution": step})
     # with near at 1 the rounding shrinks with the depth, to 2^-24 of it
     yield _fight("depth_reversed32", {"resolution": 2 * FLOAT["float32"]})
-    yield Model(
-        name="another_winner",
-        kind="convention",
-        claim="of surfaces that coincide exactly another one than the scene's first is seen, and always the same",
-        cites=_PAPER,
-        options={"ties": "another"},
-    )
     yield Model(
         name="colour_of_neither",
         kind="fault",
@@ -66,7 +70,18 @@ def models(scene: Scene) -> Iterator[Model]:
     )
 
 
+def _folded(mesh: Mesh) -> bool:
+    """Whether a face is turned against the normals of its corners, so that it lies over or under others."""
+    if mesh.normals is None:
+        return False
+    cut = triangulate(mesh)
+    facet = np.cross(cut.points[:, 1] - cut.points[:, 0], cut.points[:, 2] - cut.points[:, 0])
+    return bool((np.einsum("tkx,tx->tk", mesh.normals[cut.corner], facet) < 0).all(axis=1).any())
+
+
 def _fight(resolves: str, resolution: dict[str, float]) -> Model:
+    # a depth buffer alone casts no shadows: where a ball's back wins over its front it is not in the ball's shadow
+    seen = {"shadows": "none"} if resolves.startswith("depth") else {}
     return Model(
         name="coincident_surfaces",
         kind="limitation",
@@ -74,6 +89,6 @@ def _fight(resolves: str, resolution: dict[str, float]) -> Model:
         claim="of surfaces that coincide within the renderer's resolution another one wins from pixel to pixel",
         cites=_PAPER,
         options={"ties": "another", **resolution},
-        others=({"ties": "unlit", **resolution},),
+        others=({"ties": "unlit", **resolution}, {"ties": "next", **resolution, **seen}),
         when=("resolves", resolves),
     )

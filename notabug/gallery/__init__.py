@@ -1,0 +1,1 @@
+"""The gallery: a static site over the reference corpus and any number of runs, down to the float pixel."""

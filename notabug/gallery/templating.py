@@ -1,0 +1,31 @@
+"""templating: the one set of templates from which the gallery and a run's report are drawn."""
+
+from __future__ import annotations
+
+import jinja2
+
+from notabug import __version__
+from notabug.metrics.verdict import GLYPH
+from notabug.words import STYLE, number, readable
+
+RULES = {
+    "choice": "I = R or I = M, whole",
+    "partial": "I = R + α (M − R), 0 ≤ α ≤ 1 in each pixel",
+    "set": "each sample takes R or one of M₁, M₂ …",
+}
+
+
+def environment() -> jinja2.Environment:
+    """Templates that escape whatever they are given; those of the report extend the gallery's."""
+    made = jinja2.Environment(
+        loader=jinja2.ChoiceLoader(
+            [jinja2.PackageLoader("notabug.gallery", "templates"), jinja2.PackageLoader("notabug", "report")]
+        ),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters |= {"number": number, "readable": readable}
+    made.globals |= {"glyphs": GLYPH, "words": list(STYLE), "rules": RULES, "version": __version__}
+    return made
