@@ -12,7 +12,7 @@ help:
 	@echo "make run    set up, render all scenes, judge (ARGS='SCENE -r RENDERER ...' for some)"
 	@echo "make test   set up, run the tests (ARGS='-k name')"
 	@echo "make lint   set up, check format, style and types"
-	@echo "make bench  set up, measure speed: tracer against Embree, envelope, verdict, start"
+	@echo "make bench  set up, measure speed (ARGS='verdict --quick': how well it judges)"
 	@echo "make setup  only the set-up; make clean removes it"
 
 setup: .venv/installed renderers

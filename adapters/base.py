@@ -9,6 +9,7 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from notabug.references.models.acne import ROUNDOFF, C
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
@@ -37,6 +38,8 @@ class Declaration:
     Attributes
     ----------
     precision : arithmetic of the renderer's intersections.
+    hit_error : by how much a hit point may be off its surface, in parts of |O| + t + |x|; below 0: by 8 roundings; 0
+        where no ray starts on a surface.
     filter, radius : pixel filter and its radius in pixels (0.5 for box, 0 for point).
     quantum : the step of the output's encoding at 1.0 (1/65535 for 16-bit integers, 2**-11 relative for half floats).
     relative_quantum : True where the step scales with the value (floating-point output).
@@ -45,16 +48,22 @@ class Declaration:
         "" where n-gons keep their bilinear map; ``unknown`` for a picture of unknown making.
     silhouette : what becomes of an interpolated normal that faces away from the viewer.
     depth : format of the depth buffer; near and far are the camera's. "" where there is none that can show.
+    coincident : which of surfaces in one place is seen, where rounding does not decide: the ``first`` of the scene or
+        ``another``.
     opacity_shadow : at each crossing of a surface with opacity a shadow ray keeps 1 - opacity of its light
         (``attenuate``), or none (``opaque``).
     glass_shadow : at each crossing of a surface with transmission a shadow ray keeps nothing (``opaque``), the
         transmission (``attenuate``), or all of its light (``none``); it is never refracted.
     total_reflection : the weight of the mirror ray where glass reflects totally: mirror + transmission
         (``transmission``), or 1 whatever they are (``whole``).
+    glass_side : whether a ray enters glass or leaves it is taken from the side of the facet that it meets
+        (``facet``) or counted along the ray.
     texture_filter : how a texture is read between its texels.
     lobe : the lobe of highlights: as the scene's material has it, or always the one named, at the same exponent or at
         the matching one (Phong's n is close to Blinn's 4n).
     normalised : highlights are multiplied by nothing (``no``), (n + 2)/2 or (n + 8)/8.
+    interpolation : what is interpolated over smooth meshes: normals (``phong``), colours (``gouraud``) or nothing
+        (``flat``).
     highlight : highlights are cut off and weighted as the material has it, always times N.L, or not cut off.
     """
 
@@ -67,22 +76,39 @@ class Declaration:
     ngon_split: Literal["", "02", "13", "unknown"] = ""
     silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
     depth: Literal["", "fixed16", "fixed24", "float32", "reversed32"] = ""
+    coincident: Literal["first", "another", "unknown"] = "first"
     opacity_shadow: Literal["attenuate", "opaque", "unknown"] = "unknown"
     glass_shadow: Literal["opaque", "attenuate", "none", "unknown"] = "unknown"
     total_reflection: Literal["transmission", "whole", "unknown"] = "unknown"
+    glass_side: Literal["facet", "counted", "unknown"] = "unknown"
     texture_filter: Literal["bilinear", "nearest", "unknown"] = "unknown"
     lobe: Literal["authored", "phong", "blinn", "phong_matched", "blinn_matched", "unknown"] = "authored"
+    interpolation: Literal["phong", "gouraud", "flat", "unknown"] = "phong"
     normalised: Literal["no", "n2", "n8", "unknown"] = "no"
     highlight: Literal["authored", "cosine", "uncut", "unknown"] = "authored"
+    hit_error: float = -1.0
+
+    def __post_init__(self) -> None:
+        if self.hit_error < 0:
+            object.__setattr__(self, "hit_error", C * ROUNDOFF[self.precision])
+
+    @property
+    def resolves(self) -> str:
+        """What decides which of two near surfaces is seen: the depth buffer, or where there is none the rays."""
+        return f"depth_{self.depth}" if self.depth else f"ray_{self.precision}"
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """An installed renderer: where it is and which version, and remarks for ``notabug doctor``."""
+    """An installed renderer: where it is and which version, and remarks for ``notabug doctor``.
+
+    ``key`` is whatever else a finished result depends on: settings, the contents of a program without a version.
+    """
 
     version: str
     where: str
     remarks: tuple[str, ...] = ()
+    key: str = ""
 
 
 @dataclass(frozen=True, slots=True)

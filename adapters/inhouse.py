@@ -16,17 +16,33 @@ from notabug.adapters.requirements import check_supported
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Scene
 
+PLAIN = ("facet_self_shadow", "facet_self_reflection", "facet_self_refraction")
+
 
 @dataclass(frozen=True, slots=True)
 class InHouse:
     """The ray tracer of ``notabug.references.tracer``: pixel centres by default, box-filtered random samples for more.
 
-    ``faults`` names models of the scene to be switched on: how the labelled benchmark makes its bugs.
+    Attributes
+    ----------
+    limitations : models of the scene that are switched on: by default what a plain Whitted ray tracer cannot help.
+    interpolation : over smooth meshes: normals (``phong``), colours (``gouraud``), or nothing (``flat``).
+    faults : further models to be switched on: how the labelled benchmark makes its bugs.
+    ties : of surfaces in one place the ``nearest`` by rounding is seen, or the ``first`` of the scene.
+    start, epsilon, refine, offset : where rays start, as in ``Options``: each workaround of surface acne, and of the
+        terminator problem, with its caveats.
     """
 
     name: str = "inhouse"
     precision: Literal["float32", "float64"] = "float64"
+    limitations: tuple[str, ...] = PLAIN
+    interpolation: Literal["phong", "gouraud", "flat"] = "phong"
     faults: tuple[str, ...] = ()
+    ties: Literal["nearest", "first"] = "nearest"
+    start: Literal["exact", "none", "absolute", "relative", "error_bound"] = "exact"
+    epsilon: float = 0.0
+    refine: bool = False
+    offset: float = 0.0
     install: str = "part of notabug"
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
@@ -47,7 +63,9 @@ class InHouse:
             opacity_shadow="attenuate",
             glass_shadow="opaque",
             total_reflection="transmission",
+            glass_side="facet",
             texture_filter="bilinear",
+            interpolation=self.interpolation,
         )
 
     def find(self) -> Found:
@@ -62,15 +80,21 @@ class InHouse:
 
         check_supported(self, scene)
         drawn = replace(scene, intent=None)  # meshes are drawn as they are, whatever they stand for
-        chosen = [each for each in models(scene) if each.name in ("facet_self_shadow", *self.faults)]
+        on = (*self.limitations, *self.faults, f"{self.interpolation}_interpolation")
+        chosen = [each.as_drawn() for each in models(scene) if each.name in on]
         configured_scene, options = configured(drawn, chosen)
+        ties = options.ties if options.ties != "first" else self.ties
+        switches = {"start": self.start, "epsilon": self.epsilon, "refine": self.refine, "offset": self.offset}
+        for each in chosen:  # a fault's own switches win
+            switches |= {key: value for key, value in each.options.items() if key in switches}
+        options = replace(options, ties=ties, **switches)  # type: ignore[arg-type]
         samples = max(1, quality.samples)
         made = []
         for seed in quality.seeds if samples > 1 else quality.seeds[:1]:
             start = time.perf_counter()
             pixels = trace_picture(
                 configured_scene,
-                replace(options, ties="nearest"),
+                options,
                 samples=samples,
                 seed=seed,
                 dtype=self.precision,

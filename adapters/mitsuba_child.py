@@ -111,7 +111,10 @@ def _bsdf(mi: Any, look: dict[str, Any], textures: dict[str, Any], arrays: dict[
 
         return whitted(mi, look, bitmap)
     reflectance = bitmap or {"type": "rgb", "value": look["diffuse"]}
-    return mi.load_dict({"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}})
+    surface = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
+    if look["opacity"] < 1.0:
+        surface = {"type": "mask", "opacity": look["opacity"], "nested": surface}
+    return mi.load_dict(surface)
 
 
 def _mesh(mi: Any, name: str, each: dict[str, Any], arrays: dict[str, Any], bsdf: Any) -> Any:

@@ -12,8 +12,10 @@ What Mitsuba does, measured with 3.9.1, and what is written for it:
   glass too. Where there is opacity, ``volpath`` does the same, lets 1 - opacity of a shadow ray's light through each
   crossing, and does not count a straight passage as a bounce (nine sheets in a row show what is behind them).
 - ``mask`` opacity, not used: ``direct`` and ``path`` are wrong (a sheet of opacity 0.5 hides what is behind it, and its
-  shadow is opaque; in the scalar variants ``path`` also squares the opacity). ``volpath`` of depth 2 is right, but
-  which rays pass is random: rms noise 1.0e-3 where the BSDF here has 4.1e-4, all of it from edges in the pixel.
+  shadow is opaque). ``path`` also squares the opacity where nothing is behind the sheet: a sample that passes the sheet
+  and leaves the scene counts as having met nothing, and the light that the sheet sent is thrown away with it.
+  ``volpath`` of depth 2 is right, but which rays pass is random: rms noise 1.0e-3 where the BSDF here has 4.1e-4, all
+  of it from edges in the pixel.
 - Reflected, refracted and shadow rays start about 9e-5 (1 + |p|) off the surface at p. So the image in a plane mirror
   is shifted, by 2.5e-4 at |p| = 2: 4e-4 of white on a ball's flank, and 1.7e-3 behind a ball of glass.
 - A ``sphere`` has a centre and a radius: only rotated, moved and uniformly scaled ones can be said.
@@ -21,7 +23,9 @@ What Mitsuba does, measured with 3.9.1, and what is written for it:
 
 from __future__ import annotations
 
+import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,16 +37,21 @@ from notabug.scenes_usd.scene import Camera, Light, Material, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
 
 Arrays = dict[str, npt.NDArray[Any]]
+DEFAULT_SAMPLES = 16
 BOUNCES = 8  # a path of depth d meets d - 1 surfaces
 _SIMILAR = 1e-6  # relative deviation from a similarity, or from square pixels, that float32 cannot show
 
 
-def job(scene: Scene, quality: Quality) -> tuple[dict[str, Any], Arrays]:
-    """The job's JSON document and its arrays; ``quality.samples`` is already the adapter's own choice."""
+def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str, Any], Arrays]:
+    """The job's JSON document and its arrays; ``quality.samples`` is already the adapter's own choice.
+
+    ``mask`` says opacity with Mitsuba's own plug-in, under ``path``.
+    """
     arrays: Arrays = {}
     shown = {each.material: scene.materials[each.material] for each in scene.objects}
     transparent = any(each.opacity < 1.0 for each in shown.values())
-    follows = transparent or any(any(each.mirror) or any(each.transmission) for each in shown.values())
+    sends_on = any(any(each.mirror) or any(each.transmission) for each in shown.values())
+    follows = sends_on or (transparent and not mask)
     centres = quality.samples == 1
     if centres:
         for each in shown.values():
@@ -53,14 +62,22 @@ def job(scene: Scene, quality: Quality) -> tuple[dict[str, Any], Arrays]:
         "samples": quality.samples,
         "seeds": [0] if centres else list(quality.seeds),
         "threads": quality.threads,
-        "integrator": "volpath" if transparent else "path" if follows else "direct",
-        "max_depth": BOUNCES + 2,
+        "integrator": "path" if mask or (sends_on and not transparent) else "volpath" if transparent else "direct",
+        "max_depth": 3 if mask else BOUNCES + 2,  # a straight passage counts as a bounce under ``path``
         "looks": {str(index): _look(each, follows) for index, each in shown.items()},
         "camera": _camera(scene.camera, scene.width / scene.height),
         "lights": [_light(each) for each in scene.lights],
         "textures": _textures(scene, arrays),
         "objects": [_object(scene, index, arrays) for index in range(len(scene.objects))],
     }, arrays
+
+
+def write_job(document: dict[str, Any], arrays: Arrays, folder: Path, variant: str) -> Path:
+    """The job in ``folder`` as ``mitsuba_child`` reads it, to be drawn by the Mitsuba ``variant``."""
+    np.savez(folder / "arrays.npz", allow_pickle=False, **arrays)
+    target = folder / "job.json"
+    target.write_text(json.dumps({**document, "variant": variant}), "utf-8")
+    return target
 
 
 def _check_one_way(material: Material) -> None:

@@ -13,17 +13,19 @@ import tempfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, RendererError, RendererMissingError
 from notabug.adapters.job_folder import job_folder, picture_path
-from notabug.adapters.opengl_job import DepthFormat, job
+from notabug.adapters.opengl_job import DepthFormat, Interpolation, job
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
 from notabug.adapters.zbuffer import CAPABILITIES, grid
+from notabug.references.models.phong import with_lobe
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Scene
 
@@ -38,12 +40,17 @@ class OpenGL:
     Attributes
     ----------
     depth : format of the depth buffer; ``reversed32`` is float32 with near at 1 and far at 0.
+    interpolation : over smooth meshes: normals, as in every shader today (``phong``), colours, as OpenGL 1 did
+        (``gouraud``), or nothing (``flat``).
+    lobe : of highlights: as the material has it, or always the one named, at the same or at the matching exponent.
     python : the interpreter that has moderngl; by default this one.
     keep_jobs : keep the folder with the job and the arrays of every job.
     """
 
     name: str = "opengl"
     depth: DepthFormat = "fixed24"
+    interpolation: Interpolation = "phong"
+    lobe: Literal["authored", "phong", "blinn", "phong_matched", "blinn_matched"] = "authored"
     python: str = sys.executable
     keep_jobs: bool = False
     capabilities: frozenset[str] = CAPABILITIES
@@ -52,6 +59,7 @@ class OpenGL:
     def declaration(self, quality: Quality) -> Declaration:
         point = grid(quality) == 1
         return Declaration(
+            hit_error=0.0,
             precision="float32",
             filter="point" if point else "box",
             radius=0.0 if point else 0.5,
@@ -61,6 +69,8 @@ class OpenGL:
             ngon_split="02",
             silhouette="keep",
             depth=self.depth,
+            lobe=self.lobe,
+            interpolation=self.interpolation,
         )
 
     def find(self) -> Found:
@@ -84,7 +94,7 @@ class OpenGL:
     def _draw(
         self, scene: Scene, out: Path, quality: Quality
     ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64], Ended]:
-        document, arrays = job(scene, self.depth, grid(quality))
+        document, arrays = job(with_lobe(scene, self.lobe), self.depth, grid(quality), self.interpolation)
         environment = {"LP_NUM_THREADS": str(quality.threads)} if quality.threads else {}
         with job_folder(out, self.name, keep=self.keep_jobs) as folder:
             (folder / "job.json").write_text(json.dumps(document), "utf-8")

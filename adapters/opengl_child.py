@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from notabug.adapters.opengl_shaders import FRAGMENT, VERTEX
+from notabug.adapters.opengl_shaders import FRAGMENT, LIGHT, VERTEX
 
 _DEVICES = 4  # EGL devices to be tried: a graphics card may be there and not for us
 _TILE = 2048  # samples along an edge of what is drawn at once
@@ -100,7 +100,7 @@ class _Drawing:
     def __init__(self, context: Any, job: dict[str, Any], arrays: dict[str, npt.NDArray[Any]]) -> None:
         self.context, self.job = context, job
         self.peel: bool = job["transparent"]
-        head = f"#version 330\n#define LIGHTS {max(1, len(job['lights']))}\n#define PEEL {int(self.peel)}\n"
+        head = f"#version 330\n#define LIGHTS {max(1, len(job['lights']))}\n#define PEEL {int(self.peel)}\n{LIGHT}"
         self.program = context.program(vertex_shader=head + VERTEX, fragment_shader=head + FRAGMENT)
         self._set("view", np.array(job["view"], np.float32).tobytes())  # row vectors by rows are columns by columns
         self._set("projection", np.array(job["projection"], np.float32).tobytes())
@@ -196,6 +196,7 @@ class _Drawing:
                 self.textures[str(each["texture"])].use(0)
             for name in ("diffuse", "specular", "exponent", "opacity"):
                 self._set(name, np.array(each[name], np.float32).tobytes())
+            self._set("gouraud", np.int32(each["gouraud"]).tobytes())
             self._set("lobe", np.int32(each["lobe"]).tobytes())
             self._set("first_triangle", np.int32(first).tobytes())
             shape.render(moderngl.TRIANGLES)

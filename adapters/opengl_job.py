@@ -6,6 +6,7 @@ and Desbrun 2012: multiplied together they cost precision), one vertex per trian
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -16,10 +17,15 @@ from notabug.scenes_usd.triangulate import triangulate
 
 Arrays = dict[str, npt.NDArray[Any]]
 DepthFormat = Literal["fixed16", "fixed24", "float32", "reversed32"]
+Interpolation = Literal["phong", "gouraud", "flat"]
 
 
-def job(scene: Scene, depth: DepthFormat, grid: int) -> tuple[dict[str, Any], Arrays]:
+def job(
+    scene: Scene, depth: DepthFormat, grid: int, interpolation: Interpolation = "phong"
+) -> tuple[dict[str, Any], Arrays]:
     """The job's JSON document and its arrays; ``grid`` x ``grid`` samples are drawn for each pixel."""
+    if interpolation == "flat":
+        scene = replace(scene, objects=tuple(replace(each, normals=None) for each in scene.meshes))
     arrays: Arrays = {}
     used = {each.material for each in scene.objects}
     return {
@@ -33,7 +39,10 @@ def job(scene: Scene, depth: DepthFormat, grid: int) -> tuple[dict[str, Any], Ar
         "transparent": any(scene.materials[each].opacity < 1.0 for each in used),
         "lights": [_light(each) for each in scene.lights],
         "textures": _textures(scene, arrays),
-        "objects": [_object(scene, index, each, arrays) for index, each in enumerate(scene.meshes)],
+        "objects": [
+            _object(scene, index, each, arrays) | {"gouraud": interpolation == "gouraud" and each.normals is not None}
+            for index, each in enumerate(scene.meshes)
+        ],
     }, arrays
 
 

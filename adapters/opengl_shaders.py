@@ -5,6 +5,48 @@
 
 from __future__ import annotations
 
+LIGHT = """
+const float PI = 3.14159265358979;
+uniform vec3 eye;
+uniform bool distant[LIGHTS];
+uniform vec3 place[LIGHTS]; // of a point light; towards a distant one
+uniform vec3 power[LIGHTS];
+uniform int lights;
+uniform bool gouraud; // light the corners and interpolate the colours
+uniform float exponent;
+uniform int lobe; // 0 none, 1 Phong, 2 Blinn, 3 and 4 the same times N.L
+// pow() is exact to 12 bits or so; whole exponents, which are most, can do better.
+float raised(float x, float n) {
+    if (n != floor(n) || n > 65535.0) return pow(x, n);
+    float result = 1.0;
+    for (int k = int(n); k > 0; k >>= 1) {
+        if ((k & 1) == 1) result *= x;
+        x *= x;
+    }
+    return result;
+}
+
+// The light that P sends to the viewer, apart from the colours: diffuse, and the highlight. N is of unit length.
+void lit(vec3 P, vec3 N, out vec3 even, out vec3 shine) {
+    vec3 V = normalize(eye - P);
+    even = shine = vec3(0.0);
+    for (int k = 0; k < lights; ++k) {
+        vec3 to = distant[k] ? place[k] : place[k] - P;
+        float square = dot(to, to);
+        vec3 L = to / sqrt(square);
+        vec3 E = (distant[k] ? power[k] : power[k] / square) / PI;
+        float NL = dot(N, L);
+        if (NL <= 0.0) continue;
+        even += E * NL;
+        if (lobe != 0) {
+            float cosine = (lobe & 1) == 1 ? 2.0 * NL * dot(N, V) - dot(L, V) : dot(N, normalize(L + V));
+            float highlight = cosine > 0.0 ? raised(cosine, exponent) : 0.0;
+            shine += E * (lobe > 2 ? highlight * NL : highlight);
+        }
+    }
+}
+"""
+
 VERTEX = """
 uniform mat4 view;
 uniform mat4 projection;
@@ -14,25 +56,21 @@ in vec2 uv;
 out vec3 P;
 out vec3 N_raw;
 out vec2 st;
+out vec3 corner_even[2]; // seen from in front, and from behind
+out vec3 corner_shine[2];
 void main() {
     P = position;
     N_raw = normal;
     st = uv;
+    for (int side = 0; gouraud && side < 2; ++side)
+        lit(P, normalize(side == 0 ? N_raw : -N_raw), corner_even[side], corner_shine[side]);
     gl_Position = projection * (view * vec4(position, 1.0));
 }
 """
 
 FRAGMENT = """
-const float PI = 3.14159265358979;
-uniform vec3 eye;
-uniform bool distant[LIGHTS];
-uniform vec3 place[LIGHTS]; // of a point light; towards a distant one
-uniform vec3 power[LIGHTS];
-uniform int lights;
 uniform vec3 diffuse;
 uniform vec3 specular;
-uniform float exponent;
-uniform int lobe; // 0 none, 1 Phong, 2 Blinn, 3 and 4 the same times N.L
 uniform float opacity;
 uniform bool textured;
 uniform bvec2 clamped;
@@ -40,6 +78,8 @@ uniform sampler2D texels; // row 0 at v = 1
 in vec3 P;
 in vec3 N_raw;
 in vec2 st;
+in vec3 corner_even[2];
+in vec3 corner_shine[2];
 layout(location = 0) out vec4 radiance;
 #if PEEL
 uniform sampler2D before; // of the layer in front: depth, number of the triangle, drawn or not
@@ -66,17 +106,6 @@ vec3 bilinear(vec2 uv) {
     return mix(mix(texel(x, y), texel(x + 1, y), f.x), mix(texel(x, y + 1), texel(x + 1, y + 1), f.x), f.y);
 }
 
-// pow() is exact to 12 bits or so; whole exponents, which are most, can do better.
-float raised(float x, float n) {
-    if (n != floor(n) || n > 65535.0) return pow(x, n);
-    float result = 1.0;
-    for (int k = int(n); k > 0; k >>= 1) {
-        if ((k & 1) == 1) result *= x;
-        x *= x;
-    }
-    return result;
-}
-
 void main() {
 #if PEEL
     float depth = steps > 0.0 ? roundEven(gl_FragCoord.z * steps) : steps < 0.0 ? -gl_FragCoord.z : gl_FragCoord.z;
@@ -87,25 +116,13 @@ void main() {
     }
     key = vec4(depth, number, 1.0, 0.0);
 #endif
-    vec3 N = normalize(gl_FrontFacing ? N_raw : -N_raw);
-    vec3 V = normalize(eye - P);
-    vec3 albedo = textured ? bilinear(st) : diffuse;
-    vec3 sum = vec3(0.0);
-    for (int k = 0; k < lights; ++k) {
-        vec3 to = distant[k] ? place[k] : place[k] - P;
-        float square = dot(to, to);
-        vec3 L = to / sqrt(square);
-        vec3 E = distant[k] ? power[k] : power[k] / square;
-        float NL = dot(N, L);
-        if (NL <= 0.0) continue;
-        vec3 f = albedo * NL;
-        if (lobe != 0) {
-            float cosine = (lobe & 1) == 1 ? 2.0 * NL * dot(N, V) - dot(L, V) : dot(N, normalize(L + V));
-            float highlight = cosine > 0.0 ? raised(cosine, exponent) : 0.0;
-            f += specular * (lobe > 2 ? highlight * NL : highlight);
-        }
-        sum += f * E / PI;
+    vec3 even, shine;
+    if (gouraud) {
+        even = corner_even[gl_FrontFacing ? 0 : 1];
+        shine = corner_shine[gl_FrontFacing ? 0 : 1];
+    } else {
+        lit(P, normalize(gl_FrontFacing ? N_raw : -N_raw), even, shine);
     }
-    radiance = vec4(sum, opacity);
+    radiance = vec4((textured ? bilinear(st) : diffuse) * even + specular * shine, opacity);
 }
 """

@@ -23,17 +23,21 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError
 from notabug.adapters.job_folder import job_folder, picture_path
-from notabug.adapters.povray_scene import Image, needs_channels, scene_text, texture_images
+from notabug.adapters.povray_scene import Image, needs_channels, scene_text, texture_images, write_textures
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
 from notabug.scenes_usd.picture import PictureError, read_picture, write_exr
-from notabug.scenes_usd.scene import Floats, Scene
+from notabug.scenes_usd.scene import Scene
 
 _STEP = 0.25  # of the lights, from one picture to the next while values clip
 _LEAST_GAIN = 4.0**-12
 _DIM = 1.0 / 16.0  # a picture below this is rendered again, brighter
 _OPTIONS = ("-D", "-P", "-V", "-A", "-C", "+FN16", "File_Gamma=1.0", "Dither=off", "Output_Alpha=off")
+
+# Vertices are float32, but the same for every ray, and the arithmetic is float64: on acne/sphere from 10 to 1e6 not one
+# pixel is dark by acne; from 1e7 nothing is hit at all, since POV-Ray looks no farther.
+HIT_ERROR = 8.0 * 2.0**-53
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +68,7 @@ class PovRay:
         point = _side(quality) == 1
         return Declaration(
             precision="float64",
+            hit_error=HIT_ERROR,
             filter="point" if point else "box",
             radius=0.0 if point else 0.5,
             quantum=1.0 / 65535.0,
@@ -71,9 +76,11 @@ class PovRay:
             noisy=False,
             ngon_split="02",
             silhouette="flip",
+            coincident="unknown",
             opacity_shadow="attenuate",
             glass_shadow="attenuate",
             total_reflection="whole",
+            glass_side="counted",
             texture_filter="bilinear",
         )
 
@@ -101,8 +108,7 @@ class PovRay:
         image = picture_path(out, self.name, seed)
         with job_folder(out, self.name, keep=self.keep_jobs) as folder:
             images = texture_images(scene)
-            for index, texture in images.items():
-                _write_png(folder / f"texture{index}.png", texture)
+            write_textures(images, folder)
             shots = _Shots(self, program, scene, images, folder, quality)
             if needs_channels(scene):
                 pixels = np.concatenate([shots.bracketed(channel) for channel in range(3)], axis=2)
@@ -203,19 +209,6 @@ class _Shots:
                 log=ended.log,
             )
         return read.pixels[..., slice(None) if channel is None else [channel]].astype(np.float64)
-
-
-def _write_png(path: Path, image: Image) -> None:
-    """16-bit PNG of linear values: 8-bit originals exactly, others to 7.7e-6 of the brightest."""
-    import OpenImageIO
-
-    pixels: Floats = np.clip(image.pixels, 0.0, 1.0) * 65535.0
-    data = np.ascontiguousarray(np.round(pixels).astype(np.uint16))
-    spec = OpenImageIO.ImageSpec(data.shape[1], data.shape[0], 3, OpenImageIO.UINT16)
-    spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
-    target = OpenImageIO.ImageOutput.create(str(path))
-    if target is None or not target.open(str(path), spec) or not target.write_image(data) or not target.close():
-        raise failure("cannot write a texture", where="povray", got=str(OpenImageIO.geterror()), do="is the disk full?")
 
 
 register(PovRay())

@@ -34,6 +34,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,7 @@ import numpy.typing as npt
 from notabug.adapters.base import UnsupportedError
 from notabug.adapters.textures import grow, shown_uv
 from notabug.scenes_usd.errors import SceneError
+from notabug.scenes_usd.picture import write_png
 from notabug.scenes_usd.scene import Camera, Floats, Light, Material, Mesh, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
 
@@ -88,6 +90,24 @@ def scene_text(
         look = _texture(material, image, channel) + ("" if shadows else " no_shadow")
         parts.append(_sphere(each, look) if isinstance(each, Sphere) else _mesh(each, look, image))
     return "\n".join(parts) + "\n"
+
+
+def write_scene(scene: Scene, folder: Path) -> Path:
+    """``scene.pov`` and its textures in ``folder``. Where ``needs_channels``, one file for each colour channel."""
+    images = texture_images(scene)
+    write_textures(images, folder)
+    target = folder / "scene.pov"
+    target.write_text(scene_text(scene, images=images, channel=0 if needs_channels(scene) else None), "ascii")
+    if needs_channels(scene):
+        for channel in (1, 2):
+            (folder / f"scene{channel}.pov").write_text(scene_text(scene, images=images, channel=channel), "ascii")
+    return target
+
+
+def write_textures(images: Mapping[int, Image], folder: Path) -> None:
+    """16-bit PNG of linear values: 8-bit originals exactly, others to 7.7e-6 of the brightest."""
+    for index, image in images.items():
+        write_png(folder / f"texture{index}.png", image.pixels)
 
 
 def bounds(scene: Scene) -> tuple[Floats, Floats]:

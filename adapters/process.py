@@ -1,36 +1,74 @@
-"""Children: a renderer runs in its own process group, with a time limit, and leaves only its exit state and its log.
+"""Children: a renderer runs in its own process group, within limits, and leaves only its exit state and its log.
 
-A renderer may abort, hang, print gigabytes or start children of its own; none of that may harm the run it is part of.
+A renderer may abort, hang, print gigabytes, eat the memory, fill the disk or start children of its own that detach;
+none of that may harm the run it is part of.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
+import selectors
 import signal
 import subprocess
-import threading
+import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO, Literal
+
+import psutil
 
 from notabug.adapters.base import RendererError
+from notabug.adapters.process_tree import MARK, Tree, adopt_orphans
 
 LOG_BYTES = 1 << 16  # of a longer log the last bytes are kept: that is where the reason for a failure stands
 _QUOTED_LINES = 12  # of the log, in an error's message
+_QUOTED = 200  # characters of each
 _DRAIN = 2.0  # seconds to read what is left in the pipe of a child that has ended
+_GRACE = 1.0  # seconds between asking a child to end and ending it
+_LOOK = 0.1  # seconds from one look at a child's memory, processor time and files to the next
+_OUTPUT = 4 << 30  # bytes that a job may write where nothing else is said
+
+Stopped = Literal["", "time", "cpu", "memory", "output"]
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a child and all that it starts may use together. 0 stands for no limit.
+
+    Attributes
+    ----------
+    cpu : seconds of processor time.
+    memory : bytes resident; at 0, nine tenths of the machine's.
+    output : bytes in the child's folder, and in any one file that it writes anywhere.
+    """
+
+    cpu: float = 0.0
+    memory: int = 0
+    output: int = _OUTPUT
+
+
+DEFAULT = Limits()
 
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """How a child ended. ``exit`` is the exit code, negative for the signal that ended it; ``log`` its output."""
+    """How a child ended. ``exit`` is the exit code, negative for the signal that ended it; ``log`` its output.
+
+    ``stopped`` names the limit at which it was stopped, "" where it ended by itself.
+    """
 
     command: tuple[str, ...]
     exit: int
-    timed_out: bool
+    stopped: Stopped
     seconds: float
     log: str
+
+    @property
+    def timed_out(self) -> bool:
+        return self.stopped == "time"
 
     @property
     def signal(self) -> str:
@@ -44,22 +82,29 @@ class Ended:
 
     def check(self, where: str, do: str = "") -> Ended:
         """This, where the child succeeded; raises RendererError in the name of the adapter ``where`` if not."""
-        if self.timed_out:
+        program = Path(self.command[0]).name
+        if self.stopped:
+            what, advice = _LIMIT[self.stopped]
             raise failure(
-                f"{_program(self)} was stopped after {self.seconds:.1f} s, its time limit",
-                where=where,
-                log=self.log,
-                do=do or "raise the time limit (Quality.timeout), or render fewer samples",
+                f"{program} was stopped after {self.seconds:.1f} s, {what}", where=where, log=self.log, do=do or advice
             )
         if self.exit:
-            got = f"{self.signal}" if self.signal else f"exit code {self.exit}"
-            raise failure(f"{_program(self)} failed", where=where, got=got, log=self.log, do=do)
+            got = self.signal or f"exit code {self.exit}"
+            raise failure(f"{program} failed", where=where, got=got, log=self.log, do=do)
         return self
+
+
+_LIMIT: dict[str, tuple[str, str]] = {
+    "time": ("its time limit", "raise the time limit (timeout), or render fewer samples"),
+    "cpu": ("its limit of processor time", "raise the limit (cpu), or render fewer samples"),
+    "memory": ("its memory limit", "raise the limit (memory), or correct the renderer"),
+    "output": ("its output limit", "raise the limit (output), or correct the renderer"),
+}
 
 
 def failure(what: str, *, where: str, got: str = "", log: str = "", do: str = "") -> RendererError:
     """A RendererError that quotes the last lines of ``log`` and carries all of it."""
-    lines = [line.rstrip() for line in log.splitlines() if line.strip()][-_QUOTED_LINES:]
+    lines = [line.rstrip()[-_QUOTED:] for line in log.splitlines() if line.strip()][-_QUOTED_LINES:]
     quoted = "".join(f"\n  | {line}" for line in lines)
     error = RendererError(what, where=f"adapter {where!r}", got=got, do=(do or "see its log") + quoted)
     error.log = log
@@ -73,45 +118,52 @@ def run_child(
     folder: Path,
     timeout: float,
     environment: Mapping[str, str] | None = None,
+    limits: Limits = DEFAULT,
 ) -> Ended:
     """Run ``command`` (a list: nothing is ever read by a shell) in ``folder`` and wait at most ``timeout`` seconds.
 
-    ``environment`` is added to this process's own. Whatever the child's group still runs when the child ends, or when
-    the wait is interrupted, is killed. Only a child that cannot be started is an error here; the caller looks at the
-    exit with ``Ended.check``.
+    ``environment`` is added to this process's own. Whatever the child has started and still runs when the child ends,
+    or when the wait is interrupted, is killed, also what has left its process group. Only a child that cannot be
+    started is an error here; the caller looks at the exit with ``Ended.check``.
     """
+    adopt_orphans()
+    tree = Tree()
     started = time.perf_counter()
     try:
         child = subprocess.Popen(
             list(command),
             cwd=folder,
-            env={**os.environ, **(environment or {})},
+            env={**os.environ, **(environment or {}), MARK: tree.mark},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )
-    except OSError as error:
+    except (OSError, ValueError) as error:  # ValueError: a null byte
         raise failure(
-            f"cannot start {command[0]}", where=where, got=error.strerror or str(error), do="is it executable?"
+            f"cannot start {command[0]}",
+            where=where,
+            got=getattr(error, "strerror", None) or str(error),
+            do="is it executable?",
         ) from error
-    tail = bytearray()
+    tree.root = child.pid
     assert child.stdout is not None
-    reader = threading.Thread(target=_keep_tail, args=(child.stdout.fileno(), tail), daemon=True)
-    reader.start()
-    timed_out = False
+    log = _Log(child.stdout)
     try:
-        child.wait(timeout)
-    except subprocess.TimeoutExpired:
-        timed_out = True
+        _restrict(child.pid, limits)
+        stopped = _watch(child, log, tree, folder, started + timeout, limits)
+        if stopped:
+            _ask_to_end(child)
     finally:
         _kill_group(child.pid)
         child.wait()
-        reader.join(_DRAIN)  # an escaped grandchild may hold the pipe open: do not wait for it
-        if not reader.is_alive():
-            child.stdout.close()
-    seconds = time.perf_counter() - started
-    return Ended(tuple(command), child.returncode, timed_out, seconds, bytes(tail).decode("utf-8", "replace"))
+        tree.kill()
+        log.drain()
+    if not stopped and limits.output and _bytes_in(folder, limits.output) >= limits.output:
+        stopped = "output"  # the system let no more be written, and the child may have taken it for any error
+    elif not stopped and child.returncode == -signal.SIGXCPU:
+        stopped = "cpu"
+    return Ended(tuple(command), child.returncode, stopped, time.perf_counter() - started, log.text())
 
 
 def made_picture(path: Path, *, where: str, log: str) -> Path:
@@ -124,15 +176,104 @@ def made_picture(path: Path, *, where: str, log: str) -> Path:
     return path
 
 
-def _program(ended: Ended) -> str:
-    return Path(ended.command[0]).name
+class _Log:
+    """The last LOG_BYTES of what a child printed."""
+
+    def __init__(self, pipe: IO[bytes]) -> None:
+        self.pipe, self.tail, self.open = pipe, bytearray(), True
+
+    def read(self) -> None:
+        chunk = os.read(self.pipe.fileno(), 1 << 16)
+        self.open = bool(chunk)
+        self.tail += chunk
+        del self.tail[:-LOG_BYTES]
+
+    def drain(self) -> None:
+        """Read what is left; a process out of reach may hold the pipe open: it is not waited for."""
+        end = time.perf_counter() + _DRAIN
+        with selectors.DefaultSelector() as ready:
+            ready.register(self.pipe, selectors.EVENT_READ)
+            while self.open and ready.select(max(0.0, end - time.perf_counter())):
+                self.read()
+        self.pipe.close()
+
+    def text(self) -> str:
+        return bytes(self.tail).decode("utf-8", "replace")
 
 
-def _keep_tail(pipe: int, tail: bytearray) -> None:
-    """Read ``pipe`` to its end and keep the last LOG_BYTES in ``tail``."""
-    while chunk := os.read(pipe, 1 << 16):
-        tail += chunk
-        del tail[:-LOG_BYTES]
+def _watch(
+    child: subprocess.Popen[bytes], log: _Log, tree: Tree, folder: Path, deadline: float, limits: Limits
+) -> Stopped:
+    """Wait for ``child`` while reading its output; the limit that it broke, or ""."""
+    look = time.perf_counter() + _LOOK
+    with selectors.DefaultSelector() as ready, contextlib.ExitStack() as closing:
+        ready.register(log.pipe, selectors.EVENT_READ)
+        pause = _LOOK
+        if sys.platform.startswith("linux"):  # wakes at once; elsewhere the end is looked for
+            end = os.pidfd_open(child.pid)
+            closing.callback(os.close, end)
+            ready.register(end, selectors.EVENT_READ)
+        else:
+            pause = 0.01
+        while child.poll() is None:
+            now = time.perf_counter()
+            if now >= deadline:
+                return "time"
+            if now >= look:
+                broken = _broken(tree, folder, limits)
+                if broken:
+                    return broken
+                look = time.perf_counter() + _LOOK
+            for key, _ in ready.select(max(0.0, min(deadline, look, now + pause) - now)):
+                if key.fileobj is log.pipe:
+                    log.read()
+                    if not log.open:
+                        ready.unregister(log.pipe)
+    return ""
+
+
+def _broken(tree: Tree, folder: Path, limits: Limits) -> Stopped:
+    """The limit that the job is beyond, or ""."""
+    memory, seconds = tree.usage()
+    if memory > (limits.memory or 0.9 * psutil.virtual_memory().total):
+        return "memory"
+    if limits.cpu and seconds > limits.cpu:
+        return "cpu"
+    return "output" if limits.output and _bytes_in(folder, limits.output) > limits.output else ""
+
+
+def _bytes_in(folder: Path, enough: int) -> int:
+    """The size of all files below ``folder``; counting stops at ``enough``."""
+    total = 0
+    for inner, _, files in os.walk(folder):
+        for name in files:
+            with contextlib.suppress(OSError):
+                total += os.lstat(os.path.join(inner, name)).st_blocks * 512  # noqa: PTH118 - a path for each is slow
+        if total > enough:
+            break
+    return total
+
+
+def _restrict(pid: int, limits: Limits) -> None:
+    """Limits that the system itself keeps, for the child and each process it starts; not everywhere."""
+    if not sys.platform.startswith("linux"):
+        return
+    import resource
+
+    with contextlib.suppress(ProcessLookupError, PermissionError, ValueError):
+        if limits.output:
+            resource.prlimit(pid, resource.RLIMIT_FSIZE, (limits.output, limits.output))
+        if limits.cpu:
+            whole = int(limits.cpu) + 1
+            resource.prlimit(pid, resource.RLIMIT_CPU, (whole, whole + 1))
+
+
+def _ask_to_end(child: subprocess.Popen[bytes]) -> None:
+    """SIGTERM, so that a renderer may tidy up; one that does not listen is killed."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(child.pid, signal.SIGTERM)
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        child.wait(_GRACE)
 
 
 def _kill_group(leader: int) -> None:

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 
 import notabug.adapters
-from notabug.adapters.base import Adapter
+from notabug.adapters.base import Adapter, Declaration, Found, Quality, Render, RendererMissingError
+from notabug.adapters.config import find_config, renderer_tables
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.scene import Mesh, Scene
 
+GROUP = "notabug.adapters"
 _adapters: dict[str, Adapter] = {}
 
 
@@ -19,10 +24,52 @@ def register(adapter: Adapter) -> None:
 
 
 def adapters() -> dict[str, Adapter]:
-    """Every adapter by name, installed or not. Importing an adapter's file must not import its renderer."""
+    """Every adapter by name, installed or not: those of this folder, then plug-ins, then the configuration file's.
+
+    Importing an adapter's file must not import its renderer.
+    """
     for module in pkgutil.iter_modules(notabug.adapters.__path__):
         importlib.import_module(f"notabug.adapters.{module.name}")
-    return dict(sorted(_adapters.items()))
+    known = dict(_adapters)
+    for point in entry_points(group=GROUP):
+        made = _plug_in(point)
+        known[made.name] = made
+    from notabug.adapters.configured import configured
+
+    tables = renderer_tables(find_config())
+    return dict(sorted((known | {name: configured(name, each, known) for name, each in tables.items()}).items()))
+
+
+def _plug_in(point: EntryPoint) -> Adapter:
+    """The adapter of the entry point ``point``: an object, or something to call that gives one."""
+    try:
+        found = point.load()
+        made: Adapter = found if hasattr(found, "render") and not isinstance(found, type) else found()
+        for part in ("name", "capabilities", "install", "declaration", "find", "render"):
+            if not hasattr(made, part):
+                raise TypeError(f"it has no {part!r}")
+    except Exception as error:  # somebody else's code: it must not stop the others
+        return Broken(point.name, f"{point.value} cannot be loaded: {type(error).__name__}: {error}")
+    return made
+
+
+@dataclass(frozen=True, slots=True)
+class Broken:
+    """A plug-in that cannot be loaded, in the place of the adapter that it should have been: it is never found."""
+
+    name: str
+    why: str
+    capabilities: frozenset[str] = frozenset()
+    install: str = "correct the plug-in, or uninstall it"
+
+    def find(self) -> Found:
+        raise RendererMissingError(self.why, where=f"plug-in {self.name!r}", do=self.install)
+
+    def declaration(self, quality: Quality) -> Declaration:
+        raise NotImplementedError(str(quality))
+
+    def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        raise NotImplementedError(f"{scene.id} {out} {quality}")
 
 
 def adapter(name: str) -> Adapter:

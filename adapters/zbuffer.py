@@ -52,6 +52,7 @@ class ZBuffer:
     def declaration(self, quality: Quality) -> Declaration:
         point = grid(quality) == 1
         return Declaration(
+            hit_error=0.0,
             precision=self.precision,
             filter="point" if point else "box",
             radius=0.0 if point else 0.5,
@@ -61,6 +62,7 @@ class ZBuffer:
             ngon_split="02",
             silhouette="keep",
             depth=self.depth,
+            interpolation=self.normals,
         )
 
     def find(self) -> Found:

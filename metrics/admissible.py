@@ -18,6 +18,10 @@ Bools = npt.NDArray[np.bool_]
 
 RELATIVE = 0.004  # the default tolerance of a verdict
 ABSOLUTE = 5e-4  # of the brightest value of the picture
+# Of an edge of a texture that runs along a pixel's border a grid of 4 x 4 or 5 x 5 subsamples, ours or the renderer's,
+# may have a row more or less: an eighth and a tenth of the step, which is in the range of the footprints around.
+# On the tuning split at 64 x 64, 832 clean pictures: 0.02 of the pixel's own range 82 false alarms, this 1.
+GRID = 0.2
 LSB = 0.55  # a rounded value is off by half a step, and a little for a rounding error before it
 
 
@@ -41,7 +45,7 @@ class Admissible:
 def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = RELATIVE) -> Admissible:
     """What ``envelope`` admits for pictures of a renderer that declares its pixel filter and its output's precision."""
     point = declaration.filter == "point"
-    value = envelope.point if point else envelope.mean
+    value: Floats = envelope.point if point else envelope.mean
     reach = math.ceil(declaration.radius)
     edge = edges(envelope, reach)
     lo: Floats = envelope.lo
@@ -49,15 +53,42 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
     for _ in range(reach):
         lo, hi = _neighbourhood(lo, np.minimum), _neighbourhood(hi, np.maximum)
     at = edge[..., None]
+    reach_of_filter = widening(declaration)
+    if reach_of_filter:
+        value = filtered(value, reach_of_filter)
     tau = tolerance * np.abs(value) + ABSOLUTE * float(value.max(initial=0.0))
     tau += LSB * declaration.quantum * (np.abs(value) if declaration.relative_quantum else 1.0)
-    if not point:  # 16 regular subsamples give the mean of a bilinear texture's footprint to this share of its range
-        tau += 0.02 * (envelope.hi - envelope.lo)
+    if not point:
+        inside = np.where(envelope.edge[..., None], 0.0, envelope.hi - envelope.lo)
+        within = _neighbourhood(_neighbourhood(inside, np.maximum), np.maximum)
+        tau += GRID * within
     if declaration.filter not in ("point", "box"):
         bend = ndimage.maximum_filter(largest(np.abs(laplacian(value))), size=3)
         tau += 0.15 * np.where(edge, 0.0, bend)[..., None]
     share = envelope.spared_point if point else envelope.spared
     return Admissible(value, np.where(at, lo, value), np.where(at, hi, value), tau, edge, share, point)
+
+
+def widening(declaration: Declaration) -> float:
+    """By how much the declared filter's variance exceeds that of the pixel, 1/12, in squared pixels; 0: unknown filter.
+
+    A tent of radius r has r^2/6. A Gaussian has a standard deviation of half a pixel, less its value at the radius, as
+    Mitsuba and pbrt have it.
+    """
+    if declaration.filter == "tent":
+        return declaration.radius**2 / 6.0 - 1.0 / 12.0
+    if declaration.filter == "gaussian":
+        x = (np.arange(512) + 0.5) / 512 * declaration.radius
+        weight = np.exp(-2.0 * x * x) - math.exp(-2.0 * declaration.radius**2)
+        return float((weight * x * x).sum() / weight.sum()) - 1.0 / 12.0
+    return 0.0
+
+
+def filtered(value: Floats, variance: float) -> Floats:
+    """``value`` (h, w, 3), means over pixels, under the filter of three pixels that adds ``variance`` to each axis."""
+    for axis in (0, 1):
+        value = ndimage.correlate1d(value, [variance / 2, 1.0 - variance, variance / 2], axis=axis, mode="nearest")
+    return value
 
 
 def _neighbourhood(values: Floats, extreme: np.ufunc) -> Floats:

@@ -69,13 +69,13 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
             f"values are raised to the power {gamma:.3f}",
             changed(to, lambda a: np.power(np.maximum(a, 0.0), gamma)),
         )
-    for dx, dy in _shifts(mean, to.value):
+    for dx, dy in find_shifts(mean, to.value):
         yield Cause(
             "pixel_shift",
             f"the picture is shifted by ({dx:+.2f}, {dy:+.2f}) pixels (right, down)",
             changed(to, lambda a, dx=dx, dy=dy: ndimage.shift(a, (dy, dx, 0), order=1, mode="nearest")),  # type: ignore[misc]
         )
-    scale = _scale(mean, to.value)
+    scale = find_scale(mean, to.value)
     if scale is not None:
         yield Cause(
             "field_of_view",
@@ -115,7 +115,8 @@ def _gamma(mean: Floats, value: Floats, bright: float) -> float | None:
     return gamma if 0.2 < gamma < 5 and abs(gamma - 1) > 0.01 else None
 
 
-def _shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
+def find_shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
+    """Shifts (right, down) in pixels worth trying, by phase correlation: to the pixel, and to a twentieth."""
     from skimage.registration import phase_cross_correlation
 
     # of the gradients: the border that a shift brings in would pull smooth shading towards no shift at all
@@ -128,7 +129,7 @@ def _shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
             yield float(move[1]), float(move[0])
 
 
-def _scale(mean: Floats, value: Floats) -> float | None:
+def find_scale(mean: Floats, value: Floats) -> float | None:
     """The magnification about the centre that fits best, by a search on quarter-size pictures and a refinement."""
     a, b = (each.sum(axis=2, keepdims=True) for each in (value, mean))
 

@@ -8,26 +8,33 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import Admissible, Bools, residual
 from notabug.metrics.channels import largest, total
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import Nuisance, nuisance
-from notabug.metrics.significance import Significance, significance
+from notabug.metrics.significance import BUDGET, Significance, significance
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
+Explained = tuple[Admissible, Floats, Bools, float]
+"""An admissible set, the share alpha (h, w) of a model in it, its support (h, w), and its freedom."""
 Predict = Callable[[tuple[Model, ...]], Admissible]
 """What a set of models admits, for one scene and one renderer's declaration."""
 
 MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
+LEAST_ANYTHING = 0.05  # a fault that may do anything is none that touches less than this of its support
+LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
+MOST_ALIKE = 0.3  # correlation of neighbours' differences; a blot's is above .5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,22 +64,36 @@ class Explanation:
             found.append("shift")
         return tuple(found)
 
+    @property
+    def severity(self) -> float:
+        """How near the picture is to being called a bug: from 1 on it is one. It only ranks pictures."""
+        found = self.significance
+        near, away = int(found.pixels.sum()) / (BUDGET + 1), float(found.away)
+        return max(near, away, float(found.tiles.sum()), *self.nuisance.severity)
+
 
 def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: tuple[Model, ...] = ()) -> Explanation:
     """Explain ``measured`` by all of ``models`` on top of ``fixed`` (a fault under test)."""
-    chosen = fixed + tuple(each for each in models if each.rule == "choice")
+    applied = fixed + models
+    chosen = tuple(each for each in applied if each.rule == "choice")
     target = predict(chosen)
-    alphas: dict[str, Floats] = {
-        each.name: support(predict(fixed), predict((*fixed, each))).astype(np.float64)
-        for each in models
-        if each.rule == "choice"
-    }
+    alphas: dict[str, Floats] = {}
+    fault = tuple(each for each in fixed if each.rule == "choice")
+    for each in (one for one in models if one.rule == "choice" and len(fault) == len(fixed)):
+        acts = support(predict(fault), predict((*fault, each)))
+        if not acts.any():  # alone; beside the others it may
+            acts = support(predict(tuple(other for other in chosen if other is not each)), target)
+        alphas[each.name] = acts.astype(np.float64)
     freedom = 0.0
     excluded = np.zeros(measured.mean.shape[:2], np.bool_)
-    for each in models:
+    for each in applied:
         if each.rule != "choice":
             values = [predict((*chosen, value)) for value in each.values()]
-            explained = _mixture if each.rule == "set" else _segment
+            explained: Callable[..., Explained] = _RULES[each.rule]
+            if each.kind == "limitation" and each.rule == "set":
+                explained = partial(_mixed, explained)
+            if each.grain:
+                explained = partial(_grained, explained)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
             excluded |= within
@@ -89,7 +110,7 @@ def support(bare: Admissible, other: Admissible) -> Bools:
     return np.asarray(largest(np.abs(other.value - bare.value) - np.maximum(bare.tau, other.tau)) > 0)
 
 
-def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Explained:
     """The admissible set between ``base`` and ``limited``: (set, alpha (h, w), support (h, w), freedom)."""
     v = limited.value - base.value
     within = support(base, limited)
@@ -115,11 +136,10 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> tuple
     return target, area, within, float(np.sqrt(square[within]).sum() / within.size)
 
 
-def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> tuple[Admissible, Floats, Bools, float]:
+def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
     """The admissible set where each sample takes the value of ``base`` or one of ``values``: as in ``_segment``.
 
-    At pixel centres the picture must take one of the values; where samples are averaged, anything between them. A rule
-    of the whole: the values are mixed. A picture that takes the same one nearly everywhere is a choice, not chance.
+    At pixel centres the picture must take one of the values; where samples are averaged, anything between them.
     """
     within = support(base, values[0])
     for each in values[1:]:
@@ -147,16 +167,74 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> tuple
     hi = np.where(at, np.maximum.reduce([each.hi for each in everything]), np.where(within[..., None], value, base.hi))
     tau = np.where(within[..., None], np.maximum.reduce([each.tau for each in everything]), base.tau)
     target = Admissible(value, lo, hi, tau, edge, base.share, base.share_is_point)
-    if within.any() and not LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED:
-        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     length = np.sqrt(total((values[0].value - base.value) ** 2))
     return target, alpha, within, float(length[within].sum() / within.size)
 
 
-def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:
-    """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other."""
+def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
+    """The admissible set where a picture may show anything in the support of ``values``: as in ``_segment``."""
+    within = np.logical_or.reduce([support(base, each) for each in values])
+    at = within[..., None]
+    value = np.where(at, measured.mean, base.value)
+    lo, hi = np.where(at, value, base.lo), np.where(at, value, base.hi)
+    alpha = (within & (largest(np.abs(measured.mean - base.value) - base.tau) > 0)).astype(np.float64)
+    if within.any() and float(alpha[within].mean()) < LEAST_ANYTHING:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    length = float(within.sum())  # more than any list of values has: theirs is a mean over the picture
+    return replace(base, value=value, lo=lo, hi=hi), alpha, within, length
+
+
+def _mixed(explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible) -> Explained:
+    """What ``explained`` admits, if it is a mixture: one value nearly everywhere is a choice, not chance."""
+    found = explained(measured, base, *values)
+    _, alpha, within, _ = found
+    if within.any() and not LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    return found
+
+
+def _grained(
+    explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible
+) -> Explained:
+    """What ``explained`` admits, if it is dots: shares alpha that differ from those around them, each by itself.
+
+    A half-dark band and a black blot are no acne. In a mean over many samples dots are small deviations, but still
+    deviations; in blots neighbours deviate alike.
+    """
+    found = explained(measured, base, *values)
+    _, alpha, within, _ = found
+    count = np.maximum(ndimage.uniform_filter(within.astype(np.float64), 5, mode="constant"), 1e-9)
+    off = np.where(within, alpha - ndimage.uniform_filter(alpha * within, 5, mode="constant") / count, 0.0)
+    power = float((off**2).sum())
+    if power <= LEAST_GRAIN**2 * float((within & (alpha > 0)).sum()):
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    alike = 0.5 * float((off[:, 1:] * off[:, :-1]).sum() + (off[1:] * off[:-1]).sum())
+    if alike > MOST_ALIKE * power:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    return found
+
+
+_RULES: dict[str, Callable[..., Explained]] = {"set": _mixture, "partial": _segment, "any": _anything}
+
+
+def habits(models: Sequence[Model]) -> tuple[Model, ...]:
+    """The conventions among ``models`` whose feature has one value: a renderer has all of them at once."""
+    features = [each.when[0] for each in models if each.when]
+    return tuple(
+        each for each in models if each.kind == "convention" and each.when and features.count(each.when[0]) == 1
+    )
+
+
+def candidates(models: Sequence[Model], together: tuple[Model, ...] = ()) -> Iterator[tuple[Model, ...]]:
+    """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other.
+
+    The models ``together`` count as one, which beside others is the likeliest.
+    """
+    single: list[tuple[Model, ...]] = [(each,) for each in models]
+    block = [together] if len(together) > 1 else []
     for size in range(min(LARGEST_SET, len(models)) + 1):
-        for chosen in combinations(models, size):
+        for some in combinations(single + block if size < 2 else block + single, size):
+            chosen = tuple(each for unit in some for each in unit)
             features = [each.when[0] for each in chosen if each.when]
             if len(set(features)) == len(features):
                 yield chosen
@@ -165,7 +243,7 @@ def candidates(models: Sequence[Model]) -> Iterator[tuple[Model, ...]]:
 def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, ...]:
     """The limitations and conventions that ``declaration`` leaves open; ``unknown`` features leave all open."""
     return tuple(
-        each
+        each.under(declaration)
         for each in models
         if each.kind != "fault"
         and (each.when is None or getattr(declaration, each.when[0]) in (each.when[1], "unknown"))
@@ -178,7 +256,7 @@ def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Ex
     if not bare.triggers:
         return bare
     useful = [each for each in models if _helps(bare, each, predict)]
-    for chosen in candidates(useful):
+    for chosen in candidates(useful, habits(models)):
         if not chosen:
             continue
         found = fit(measured, chosen, predict)
@@ -186,11 +264,18 @@ def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Ex
             return replace(found, before=bare.significance.z)
         if found.significance.excess < 0.9 * best.significance.excess:
             best = found
+    for each in models:  # some act only beside others: the folds of a mesh that stands for a smooth one
+        if each not in (*useful, *best.models) and len(best.models) < LARGEST_SET and _helps(best, each, predict):
+            found = fit(measured, (*best.models, each), predict)
+            if not found.triggers:
+                return replace(found, before=bare.significance.z)
     return replace(best, before=bare.significance.z)
 
 
-def _helps(bare: Explanation, model: Model, predict: Predict) -> bool:
-    """Whether ``model`` moves any pixel that needs explaining."""
-    wrong = bare.significance.pixels
-    moved = (support(bare.target, predict((value,))) for value in model.values())
+def _helps(start: Explanation, model: Model, predict: Predict) -> bool:
+    """Whether ``model``, beside those of ``start``, moves any pixel that needs explaining."""
+    wrong = start.significance.pixels
+    beside = tuple(each for each in start.models if each.rule == "choice")
+    base = predict(beside)
+    moved = (support(base, predict((*beside, value))) for value in model.values())
     return not wrong.any() or any(bool((each & wrong).any()) for each in moved)

@@ -15,18 +15,19 @@ from notabug.metrics import perceive as eye
 from notabug.metrics.admissible import RELATIVE, Admissible, Bools, admissible
 from notabug.metrics.causes import gain_message
 from notabug.metrics.channels import largest, total
-from notabug.metrics.explain import Explanation, admitted, explain
-from notabug.metrics.naming import Name, Others, name_bug
+from notabug.metrics.explain import Explanation, Predict, admitted, explain, support
+from notabug.metrics.naming import UNNAMED, Name, Others, name_bug
 from notabug.metrics.noise import TILE, Measured, measure
 from notabug.metrics.valid import box, invalid
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.model import Model, models
-from notabug.references.predict import predict
+from notabug.references.predict import predict, preview
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
 
 REGIONS = 12  # boxes a finding lists at most
+UNTELLABLE = 0.25  # share of the lit pixels where no epsilon helps, beyond which acne is neither right nor wrong
 BLIND = 3.0  # standard errors of a tile's mean that must fit into the tolerance, or the picture is too noisy to judge
 
 
@@ -56,19 +57,25 @@ def judge(
     perceive: bool = True,
     tolerance: float = RELATIVE,
     others: Others = tuple,
+    naming: bool = True,
 ) -> Judgement:
     """Judge ``pictures`` (independent seeds of one renderer, each (h, w, 3) linear) of ``scene``.
 
     ``perceive`` measures FLIP and colour differences on the legs that are not empty; without it the legs hold only
-    pixel counts. ``others`` gives references of other scenes, to recognise a picture that belongs to one of them.
+    pixel counts. ``naming`` looks for the fault behind a bug; without it every bug is ``unexplained``. ``others`` gives
+    references of other scenes, to recognise a picture that belongs to one of them.
     """
-    sets: dict[tuple[tuple[str, str], ...], Admissible] = {}
+    sets: dict[tuple[tuple[str, ...], ...], Admissible] = {}
 
     def predicted(chosen: tuple[Model, ...]) -> Admissible:
-        key = tuple((each.name, repr(each.options)) for each in chosen)
+        # the claim holds what tells models of one name apart: an axis, a strength
+        key = tuple((each.name, each.claim, repr(each.options)) for each in chosen)
         if key not in sets:
             sets[key] = admissible(predict(scene, chosen), declaration, tolerance)
         return sets[key]
+
+    def previewed(chosen: tuple[Model, ...]) -> Floats:
+        return preview(scene, chosen)
 
     reference = predicted(())
     wrong = invalid(pictures, scene.height, scene.width)
@@ -80,16 +87,23 @@ def judge(
     found = explain(measured, open_to, predicted)
     findings: tuple[Finding, ...] = ()
     word: Word
-    hesitation = _hesitation(measured, found, declaration)
+    hesitation = _hesitation(measured, found, declaration, len(pictures))
+    hesitation = hesitation or _beyond_telling(found, open_to, predicted, declaration)
     considered = {key[0][0]: to.value for key, to in sets.items() if len(key) == 1}
-    if hesitation:
+    name = None
+    if found.triggers and (not hesitation or not declaration.noisy):
+        faults = [each.under(declaration) for each in known if each.kind == "fault"]
+        name = UNNAMED
+        if naming:
+            name = name_bug(measured, found, faults, open_to, predicted, previewed, others)
+        if name.name == "unexplained":
+            name = _global_name(found) or name
+    if hesitation and (name is None or name.name == "unexplained"):  # what a fault explains is no noise
         word, message = "inconclusive", hesitation
-    elif found.triggers:
-        name = _global_name(found) or name_bug(
-            measured, found, [each for each in known if each.kind == "fault"], open_to, predicted, others
-        )
+    elif name is not None:
         bug = _bug(name, found)
-        word, findings, message = "bug", (bug, *_limitations(found)), bug.message
+        # a large gain hides a limitation until it is taken out: the fault's own explanation holds what is beside it
+        word, findings, message = "bug", (bug, *_limitations(name.fitted or found)), bug.message
     else:
         findings = _limitations(found)
         word = "limitation" if any(each.kind == "limitation" for each in findings) else "pass"
@@ -114,11 +128,13 @@ def _refused(wrong: Finding, pictures: Sequence[Floats], reference: Admissible) 
     return Judgement(verdict, shown, reference.value, reference.value, empty, empty)
 
 
-def _hesitation(measured: Measured, found: Explanation, declaration: Declaration) -> str:
+def _hesitation(measured: Measured, found: Explanation, declaration: Declaration, given: int) -> str:
     """Why no verdict is possible, or "": a single noisy picture, or noise that hides what the tolerance forbids."""
     smooth = ~found.target.edge
     tau = found.target.tau
     if not measured.noisy:
+        if given > 1:  # seeds that agree to the last bit, as where all is black
+            return ""
         if declaration.noisy and found.triggers:
             return "one picture of a noisy renderer: render at least two seeds"
         if found.triggers and _looks_noisy(measured, found):
@@ -129,6 +145,23 @@ def _hesitation(measured: Measured, found: Explanation, declaration: Declaration
     if not found.triggers and BLIND * ratio > 1.0:
         factor = (BLIND * ratio) ** 2
         return f"too noisy: {factor:.1f} times as many samples would decide"
+    return ""
+
+
+def _beyond_telling(found: Explanation, open_to: Sequence[Model], predicted: Predict, declaration: Declaration) -> str:
+    """Why a picture that chance explains says nothing, or "": rounding may then do that to most of what is lit."""
+    if found.triggers or not any(each.rule == "set" for each in found.models):
+        return ""
+    bare = predicted(())
+    lit = largest(bare.value) > 0
+    for each in open_to:
+        if each.name == "acne":
+            share = float((support(bare, predicted((each,))) & lit).sum()) / max(1.0, float(lit.sum()))
+            if share > UNTELLABLE:
+                return (
+                    f"no picture can tell here: with a rounding of {declaration.hit_error:.1e} of the distance no"
+                    f" reasonable epsilon prevents acne on {share:.0%} of what is lit; bring camera or scene nearer"
+                )
     return ""
 
 
@@ -207,6 +240,7 @@ def _numbers(measured: Measured, found: Explanation, reference: Admissible) -> d
         "freedom": found.freedom,
         "kappa": measured.kappa,
         "seeds": float(measured.seeds),
+        "severity": found.severity,
         "bug_pixels": float(found.significance.pixels.sum()),
     }
 
@@ -224,7 +258,8 @@ def _perceived(judgement: Judgement, found: Explanation, reference: Admissible, 
     bug_leg, bug_map = _leg(admitted_picture, tested, wrong & bool(found.triggers), perceive)
     findings = []
     for finding in judgement.verdict.findings:
-        if not perceive:
+        beside = finding.kind != "bug" and finding.name not in found.alphas  # seen only once the fault is taken out
+        if not perceive or beside:
             findings.append(finding)
             continue
         if finding.kind == "bug":

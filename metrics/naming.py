@@ -1,35 +1,65 @@
-"""Step 8: the name of a bug: the cause or fault that leaves the shortest bug leg, else ``unexplained``."""
+"""Step 8: the name of a bug: the cause or fault that leaves the shortest bug leg, else ``unexplained``.
+
+Faults are first ranked by quick pictures: how much the fault's change of the reference looks like the picture's. The
+likeliest are then fitted in full, those that come in all strengths at the strength that fits.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from notabug.metrics.admissible import residual
+from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.causes import causes
-from notabug.metrics.explain import Explanation, Predict, fit
+from notabug.metrics.channels import largest, total
+from notabug.metrics.explain import Explanation, Predict, fit, support
 from notabug.metrics.noise import Measured
 from notabug.metrics.significance import significance
 from notabug.references.models.model import Model
 
+Floats = npt.NDArray[np.floating]
+
+STEPS = (4, 1)  # pixels a block: a texture that has moved by more than a texel is found only where it is blurred
 REMAINS = 0.15  # a name may leave this much of the bug leg: right ones leave .08, a gamma in the place of an albedo .18
 SAME = 0.97  # correlation from which two pictures show the same scene
+NOTHING = 0.02  # what a name leaves where two renderers see different surfaces at an edge
 OTHER = 0.7  # and below which they do not
+LIKELY = 6  # faults that are fitted in full
+ALIKE = 0.3  # correlation of the changes below which a fault is not tried
+CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight would decide
+CHOICE, FREE = 0.05, 1.1  # what a local fault's misfit is raised by, for it may choose at each pixel, in noise too
+NEARLY = 0.03  # a strength that leaves this is good enough
+HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried beside limitations
+BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
 
-Others = Callable[[], Iterable[tuple[str, npt.NDArray[np.floating]]]]
+Others = Callable[[], Iterable[tuple[str, Floats]]]
 """References of other scenes of the same size: (name, (h, w, 3))."""
+Preview = Callable[[tuple[Model, ...]], Floats]
+"""The picture (h, w, 3) of a set of models, by one sample a pixel."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Name:
-    """What a bug is called, why, and the length of the bug leg that the name leaves (0: it explains everything)."""
+    """What a bug is called, why, and the share of the bug leg that the name leaves (0: it explains everything).
+
+    ``fitted`` is the explanation by that fault and the limitations beside it, None where no model of a fault is meant.
+    ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
+    fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
+    """
 
     name: str
     message: str
     remains: float
+    misfit: float = math.inf
+    fitted: Explanation | None = None
+    freedom: float = 0.0
+
+
+UNNAMED = Name("unexplained", "no model of a fault leaves this picture", 1.0)
 
 
 def name_bug(
@@ -38,37 +68,213 @@ def name_bug(
     faults: Sequence[Model],
     limitations: Sequence[Model],
     predict: Predict,
+    preview: Preview,
     others: Others = tuple,
 ) -> Name:
-    """Name the bug in ``measured``, of which ``found`` is the best explanation by ``limitations`` alone.
-
-    Each fault is tried by itself, with each limitation, and with the set that ``found`` has.
-    """
-    length = max(found.significance.excess, 1e-30)
-    tried: list[Name] = []
+    """Name the bug in ``measured``, of which ``found`` is the best explanation by ``limitations`` alone."""
+    best: Name | None = None
     reference = predict(())
-    for target in {id(each): each for each in (reference, found.target)}.values():
-        for cause in causes(measured, target):
-            left = significance(residual(measured.mean, cause.target), measured, cause.target)
-            tried.append(Name(cause.name, cause.message, left.excess / length))
-    for fault in faults:
-        for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
-            left = fit(measured, models, predict, (fault,)).significance
-            tried.append(Name(fault.name, fault.claim, left.excess / length))
-            if left.excess == 0:
-                break
-    best = min(tried, key=lambda each: each.remains, default=None)
-    if best is not None and best.remains < REMAINS:
+    for each in _names(measured, found, faults, limitations, predict, preview):
+        if each.remains < REMAINS and (best is None or _better(each, best)):
+            best = each
+    if best is not None:
         return best
     if _alike(measured.mean, reference.value) < OTHER:
         likeness, name = max(((_alike(measured.mean, each), name) for name, each in others()), default=(0.0, ""))
         if likeness > SAME:
             return Name("wrong_scene", f"this is a picture of {name}", 0.0)
-    return Name("unexplained", "no model of a fault leaves this picture", 1.0)
+    return UNNAMED
 
 
-def _alike(a: npt.NDArray[np.floating], b: npt.NDArray[np.floating]) -> float:
+def _better(each: Name, best: Name) -> bool:
+    if each.freedom and best.freedom:
+        return (max(each.remains, NOTHING), each.freedom) < (max(best.remains, NOTHING), best.freedom)
+    return each.misfit < BETTER * best.misfit
+
+
+def _names(
+    measured: Measured,
+    found: Explanation,
+    faults: Sequence[Model],
+    limitations: Sequence[Model],
+    predict: Predict,
+    preview: Preview,
+) -> Iterator[Name]:
+    """Every name worth trying, with how well it fits."""
+    length = max(found.significance.excess, 1e-30)
+    faint = not found.significance.triggers  # only a gain or a shift: no pixel, so no leg, to be explained
+    reference = predict(())
+    scale = _scale(measured, reference)
+
+    def misfit(to: Admissible) -> float:
+        return float((np.abs(residual(measured.mean, to)) / scale).mean())
+
+    for target in {id(each): each for each in (reference, found.target)}.values():
+        for cause in causes(measured, target):
+            left = significance(residual(measured.mean, cause.target), measured, cause.target)
+            remains = left.excess / length if not faint else float(bool(left.triggers))
+            yield Name(cause.name, cause.message, remains, misfit(cause.target))
+    tries = list(likely(measured, found, faults, predict, preview))
+    for fault in tries:
+        tried: list[Explanation] = []
+        hopeless = False
+        for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
+            if tried and (hopeless or not _useful(tried[0], fault, models, predict)):
+                continue
+            fitted = fit(measured, models, predict, (fault,))
+            tried.append(fitted)
+            left = fitted.significance
+            remains = left.excess / length if not faint else float(bool(fitted.triggers))
+            off = misfit(fitted.target)
+            if fault.rule == "choice":
+                yield Name(fault.name, fault.claim, remains, off, fitted)
+            else:
+                yield Name(fault.name, fault.claim, remains, off * FREE + CHOICE, fitted, fitted.freedom)
+            hopeless = hopeless or remains > HOPE
+            if fault.at is not None and not models and NEARLY < remains < HOPE:  # quick pictures gave a rough strength
+                closer = _refined(fault, changed_by(measured, reference), predict, scale)
+                if closer.strength != fault.strength:
+                    tries.append(replace(closer, at=None))
+            if left.excess == 0:
+                break
+        if fault.local:
+            patched = patchwork(measured, found.target, predict((fault,)))
+            left = significance(residual(measured.mean, patched), measured, patched)
+            remains = left.excess / length if not faint else float(bool(left.triggers))
+            yield Name(fault.name, fault.claim, remains, misfit(patched) * FREE + CHOICE)
+
+
+def _useful(bare: Explanation, fault: Model, models: tuple[Model, ...], predict: Predict) -> bool:
+    """Whether ``models`` move any pixel that ``fault`` alone leaves wrong."""
+    wrong = bare.significance.pixels
+    return any(bool((support(bare.target, predict((fault, each))) & wrong).any()) for each in models)
+
+
+def likely(
+    measured: Measured, found: Explanation, faults: Sequence[Model], predict: Predict, preview: Preview
+) -> Iterator[Model]:
+    """The faults whose change of the picture is most like the measured one, likeliest first, at fitting strengths."""
+    reference = predict(())
+    sharp = preview(())
+    at = ~reference.edge[..., None] if (~reference.edge).sum() > 256 else np.ones((*reference.edge.shape, 1), bool)
+    scale = _scale(measured, reference)
+    changes = [measured.mean - each.value for each in (reference, found.target)]
+
+    def compared(change: Floats, other: Floats, local: bool, step: int) -> float:
+        a, b = (coarse(np.clip(each / scale, -CLIP, CLIP) * at, step) for each in (change, other))
+        if local:
+            b = b * (largest(np.abs(a)) > 1.0)[..., None]
+        product = float(np.linalg.norm(a) * np.linalg.norm(b))
+        return abs(float((a * b).sum())) / product if product > 0 else 0.0
+
+    def covered(change: Floats, other: Floats) -> float:
+        a = (np.clip(change / scale, -CLIP, CLIP) * at) ** 2
+        return float(a[other != 0].sum() / max(float(a.sum()), 1e-30))
+
+    ranked = []
+    for index, fault in enumerate(faults):
+        change = preview((fault,)) - sharp
+        local = fault.local or fault.rule != "choice"
+        score = max(compared(each, change, local, step) for each in changes for step in STEPS)
+        if fault.rule == "any":  # what it shows may be anything, where it acts
+            score = max(score, *(covered(each, change) for each in changes))
+        if score > ALIKE:
+            ranked.append((-score, index, fault, change))
+    for _, _, fault, change in sorted(ranked, key=lambda each: each[:2])[:LIKELY]:
+        if fault.at is None:
+            yield fault
+            continue
+        best, strength = fault, fault.strength
+        for step in (*STEPS, 1):
+            size = _size(changes[0] * at, change * at, scale, step)
+            if size is None:
+                break
+            strength = _sane(fault.neutral + (strength - fault.neutral) * size, fault)
+            best = replace(fault.at(strength), at=fault.at, strength=strength, neutral=fault.neutral)
+            change = preview((best,)) - sharp
+        yield best
+
+
+def coarse(values: Floats, step: int) -> Floats:
+    """Means of ``values`` (h, w, c) over blocks of ``step`` x ``step`` pixels; what fills no block is left out."""
+    if step == 1:
+        return values
+    h, w, c = (each // step * step for each in (*values.shape[:2], step * values.shape[2]))
+    return np.asarray(values[:h, :w].reshape(h // step, step, w // step, step, c // step).mean(axis=(1, 3)))
+
+
+def changed_by(measured: Measured, reference: Admissible) -> Floats:
+    """What the picture changes on the reference, off its edges (h, w, 3)."""
+    return np.asarray((measured.mean - reference.value) * ~reference.edge[..., None])
+
+
+def _size(change: Floats, own: Floats, scale: Floats, step: int = 1) -> float | None:
+    """The factor by which ``own`` fits ``change`` best, by Huber's regression in which large changes weigh less.
+
+    What a limitation changes in a corner of the picture has no say in it.
+    """
+    weight = 1.0 / np.maximum(scale, np.abs(change) / CLIP)
+    a, b = coarse(change * weight, step), coarse(own * weight, step)
+    acts = b != 0
+    a, b = a[acts], b[acts]
+    if not b.size:
+        return None
+    trust, factor = np.ones_like(b), 1.0
+    for _ in range(4):
+        factor = float((trust * a * b).sum() / (trust * b * b).sum())
+        off = np.abs(a - factor * b)
+        trust = np.minimum(1.0, 1.345 * 1.4826 * float(np.median(off)) / np.maximum(off, 1e-12))
+        if not trust.any():  # most of it fits to the last bit
+            break
+    return factor
+
+
+def _refined(fault: Model, change: Floats, predict: Predict, scale: Floats) -> Model:
+    """``fault`` at the strength at which the full prediction has the size of ``change``, by one step of a secant."""
+    assert fault.at is not None
+    reference = predict(())
+    own = (predict((fault,)).value - reference.value) * ~reference.edge[..., None]
+    size = _size(change, own, scale)
+    if size is None:
+        return fault
+    off = (fault.strength - fault.neutral) * size
+    return replace(fault.at(_sane(fault.neutral + off, fault)), strength=fault.neutral + off)
+
+
+def _sane(strength: float, fault: Model) -> float:
+    """``strength`` to three digits of its distance from neutral, and within what a fault can be."""
+    off = strength - fault.neutral
+    if fault.neutral:
+        off = min(max(off, -0.9), 9.0)
+    size = 20 * abs(fault.strength - fault.neutral)
+    off = min(max(off, -size), size)
+    if off == 0.0:
+        off = 0.01 * (fault.strength - fault.neutral)
+    return fault.neutral + float(f"{off:.3g}")
+
+
+def _scale(measured: Measured, to: Admissible) -> Floats:
+    """What a residual is worth (h, w, 3): a quarter of the tolerance, and the noise."""
+    return np.sqrt(np.asarray((to.tau / 4.0) ** 2 + measured.variance))
+
+
+def _alike(a: Floats, b: Floats) -> float:
     """The correlation of two pictures, 0 where sizes differ or one is constant."""
     if a.shape != b.shape or np.ptp(a) == 0 or np.ptp(b) == 0:
         return 0.0
     return float(np.corrcoef(a.ravel(), b.ravel())[0, 1])
+
+
+def patchwork(measured: Measured, base: Admissible, other: Admissible) -> Admissible:
+    """At each pixel what ``base`` or what ``other`` admits, whichever is nearer to the picture: a local fault."""
+    nearer = total(np.abs(residual(measured.mean, other))) < total(np.abs(residual(measured.mean, base)))
+    at = nearer[..., None]
+    return Admissible(
+        value=np.where(at, other.value, base.value),
+        lo=np.where(at, other.lo, base.lo),
+        hi=np.where(at, other.hi, base.hi),
+        tau=np.maximum(base.tau, other.tau),
+        edge=base.edge | other.edge,
+        share=base.share,
+        share_is_point=base.share_is_point,
+    )

@@ -14,7 +14,8 @@ from notabug.metrics.noise import Measured
 
 Bools = npt.NDArray[np.bool_]
 
-GAIN = 0.004  # a gain within this of 1, plus three standard errors, is none
+GAIN = 0.004  # a gain within this of 1, plus some standard errors, is none
+ERRORS = 4.0  # standard errors: at three 1 in 400 gains of nothing but noise is one
 SHIFT = 0.2  # pixels; aliased edges fake up to 0.13
 _MIN_PIXELS = 64
 _ENOUGH = 20_000  # values that fix a gain far better than its tolerance
@@ -22,20 +23,34 @@ _ENOUGH = 20_000  # values that fix a gain far better than its tolerance
 
 @dataclass(frozen=True, slots=True)
 class Nuisance:
-    """The gain and its standard error; the shift in pixels (x right, y down) and its standard error."""
+    """The gain and its standard error; the shift in pixels (x right, y down) and its standard error.
+
+    ``channels`` are the gains of red, green and blue alone, each with its error. Errors hold a quarter of what rounding
+    can do to a flat picture: it rounds all of its pixels alike.
+    """
 
     gain: float = 1.0
     gain_error: float = 0.0
     shift: tuple[float, float] = (0.0, 0.0)
     shift_error: float = 0.0
+    channels: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def severity(self) -> tuple[float, float]:
+        """Gain and shift over what is allowed."""
+        gains = ((self.gain, self.gain_error), *self.channels)
+        return (
+            max(abs(gain - 1.0) / (GAIN + ERRORS * error) for gain, error in gains),
+            max(abs(each) for each in self.shift) / (SHIFT + 3.0 * self.shift_error),
+        )
 
     @property
     def gained(self) -> bool:
-        return abs(self.gain - 1.0) > GAIN + 3.0 * self.gain_error
+        return self.severity[0] > 1.0
 
     @property
     def shifted(self) -> bool:
-        return max(abs(each) for each in self.shift) > SHIFT + 3.0 * self.shift_error
+        return self.severity[1] > 1.0
 
 
 def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
@@ -44,13 +59,18 @@ def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
     ``excluded`` (h, w) are pixels that a limitation may change. A fit is believed only where it describes most of the
     picture: an artifact in a corner is no gain.
     """
-    gain, gain_error = _gain(measured, to, ~to.edge & ~excluded)
+    smooth = ~to.edge & ~excluded
+    gain, gain_error = _gain(measured, to, np.repeat(smooth[..., None], 3, axis=2))
+    channels = tuple(_gain(measured, to, smooth[..., None] & (np.arange(3) == k)) for k in range(3))
     shift, shift_error = _shift(measured, to, gain, excluded)
-    return Nuisance(gain, gain_error, shift, shift_error)
+    return Nuisance(gain, gain_error, shift, shift_error, channels)
 
 
 def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, float]:
-    bright = np.flatnonzero(smooth[..., None] & (to.value > 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)))
+    # where the tolerance is wide, by fine texture say, a wider filter looks like a gain: x regresses towards its mean
+    slack = to.tau / np.maximum(to.value, 1e-30)
+    sound = slack <= 2.0 * np.median(slack[smooth]) if smooth.any() else smooth
+    bright = np.flatnonzero(sound & smooth & (to.value > 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)))
     if bright.size < _MIN_PIXELS:
         return 1.0, 0.0
     bright = bright[:: max(1, bright.size // _ENOUGH)]
@@ -68,6 +88,7 @@ def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, flo
             return gain, 0.0
         gain = float((weight * ratio).sum() / total)
     error = float(np.sqrt(((weight * scale) ** 2).sum()) / total) * np.sqrt(measured.kappa)
+    error += float(to.tau.min()) / float(np.median(x)) / ERRORS
     agree = np.abs(ratio - gain) < 0.5 * max(abs(gain - 1.0), GAIN) + 3.0 * noise
     if float(agree.mean()) < 0.5:  # not one gain: something else
         return 1.0, error

@@ -56,7 +56,7 @@ def significance(residual: Floats, measured: Measured, to: Admissible) -> Signif
     beyond = np.maximum(np.abs(residual) - to.tau, 0.0)
     excess = largest(beyond)
     if not measured.noisy:
-        z = largest(np.abs(residual) / to.tau)
+        z = largest(np.abs(residual) / np.maximum(to.tau, 1e-30))
         pixels = excess > 0
         tile, faint = np.zeros(1, np.bool_), 0.0
     else:

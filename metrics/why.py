@@ -84,7 +84,7 @@ def explain_pixel(
     found = np.asarray(pixels[y, x], np.float64)
     made: list[Prediction] = []
     reference = Model("reference", "convention", "what the intended model gives", "")
-    for model in (reference, *models(scene)):
+    for model in (reference, *(each.under(declaration) for each in models(scene))):
         chosen = () if model is reference else (model,)
         to = admissible(predict(scene, chosen), declaration)
         value, lo, hi = (np.asarray(each[y, x], np.float64) for each in (to.value, to.lo, to.hi))

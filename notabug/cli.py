@@ -64,12 +64,46 @@ class Topic(StrEnum):
     renderers = "renderers"
     models = "models"
     variants = "variants"
+    workarounds = "workarounds"
 
 
 class Bench(StrEnum):
     """What ``notabug bench`` measures."""
 
     speed = "speed"
+    verdict = "verdict"
+    efficiency = "efficiency"
+    stability = "stability"
+    metamorphic = "metamorphic"
+
+
+class FailOn(StrEnum):
+    """Which bugs fail a run."""
+
+    any = "any"
+    visible = "visible"
+
+
+class Page(StrEnum):
+    """What ``notabug report`` draws."""
+
+    html = "html"
+    junit = "junit"
+    github = "github"
+    markdown = "markdown"
+    sarif = "sarif"
+
+
+class Format(StrEnum):
+    """What ``notabug export`` writes."""
+
+    json = "json"
+    usd = "usd"
+    obj = "obj"
+    gltf = "gltf"
+    pbrt = "pbrt"
+    povray = "povray"
+    mitsuba = "mitsuba"
 
 
 class Deed(StrEnum):
@@ -128,6 +162,21 @@ def run(
     resume: Annotated[
         bool, typer.Option(help="Keep finished results whose scene, renderer and code are the same.")
     ] = True,
+    workarounds: Annotated[
+        bool,
+        typer.Option("--workarounds", help="Render with and without each workaround of the scenes, and compare."),
+    ] = False,
+    expect: Annotated[
+        Path | None,
+        typer.Option(help="What is accepted; default: notabug.expect.toml where it is there."),
+    ] = None,
+    fail_on: Annotated[FailOn, typer.Option(help="Fail on any bug, or on those an eye would see.")] = FailOn.any,
+    jobs: Annotated[
+        int,
+        typer.Option("--jobs", "-j", min=0, envvar="NOTABUG_JOBS", help="Jobs at once; 0: as many as cores are idle."),
+    ] = 0,
+    executor: Annotated[str, typer.Option(metavar="dask://HOST:PORT", help="A Dask cluster for the jobs.")] = "",
+    shard: Annotated[str, typer.Option(metavar="2/8", help="Only this share of the selection.")] = "",
     as_json: Json = False,
 ) -> None:
     """Render scenes and judge every picture."""
@@ -145,6 +194,12 @@ def run(
         require=[name for word in require or [] for name in word.replace(",", " ").split()],
         resume=resume,
         as_json=as_json,
+        remedies=workarounds,
+        expect=expect,
+        fail_on=fail_on.value,
+        jobs=jobs,
+        executor=executor,
+        shard=shard,
     )
     raise typer.Exit(code)
 
@@ -224,12 +279,44 @@ def references(
     raise typer.Exit(command(deed.value, scenes or [], variant or []))
 
 
+@app.command()
+def calibrate(
+    renderer: Annotated[
+        list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all found.")
+    ] = None,
+    samples: Annotated[int, typer.Option(min=0, help="Samples per pixel; 0: each renderer's default.")] = 0,
+    timeout: Annotated[float, typer.Option(min=1.0, help="Seconds for one card.")] = 600.0,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Draw the card again, whatever is remembered.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Draw a test card and say what stands between a renderer and being judged."""
+    from notabug.calibrating import command
+
+    raise typer.Exit(command(renderer or [], samples, timeout, fresh, as_json))
+
+
+@app.command()
+def export(
+    to: Annotated[Format, typer.Option("--to", help="The format.")],
+    scenes: Annotated[list[str] | None, typer.Argument(metavar="[SCENE]...", help="Default: all.")] = None,
+    variant: Variant = None,
+    variants: Annotated[
+        Variants, typer.Option(help="Default variants only, or each set varied in turn.")
+    ] = Variants.default,
+    out: Annotated[Path, typer.Option(help="Folder for class/scene/variant/.")] = Path("notabug-scenes"),
+) -> None:
+    """Write scenes for renderers that read no USD, with scene.json beside each."""
+    from notabug.exporting import command
+
+    raise typer.Exit(command(scenes or [], variant or [], variants is Variants.all, to.value, out))
+
+
 @app.command("list")
 def list_(
     topic: Annotated[Topic, typer.Argument(help="What to list.")] = Topic.scenes,
     as_json: Json = False,
 ) -> None:
-    """List scenes, renderers, models or variants."""
+    """List scenes, renderers, models, variants or workarounds."""
     from notabug.listing import command
 
     raise typer.Exit(command(topic.value, as_json))
@@ -245,24 +332,132 @@ def doctor(as_json: Json = False) -> None:
 
 @app.command()
 def bench(
-    what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,  # noqa: ARG001 - one so far
+    what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,
+    quick: Annotated[bool, typer.Option("--quick", help="A small sample (not of speed).")] = False,
+    out: Annotated[Path, typer.Option(help="Folder for JSON, plots and bench.html.")] = Path("notabug-bench"),
+    renderer: Annotated[
+        list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all found.")
+    ] = None,
+    resume: Annotated[bool, typer.Option(help="Keep what was measured with the same code.")] = True,
     as_json: Json = False,
 ) -> None:
-    """Measure what notabug costs, as ratios in one run."""
+    """Measure what notabug costs (speed), how well it judges (verdict), and of renderers: error over time (efficiency),
+    where they break (stability), and which relations between pictures they break (metamorphic)."""
+    if what is Bench.verdict:
+        from notabug.bench.verdict.command import command as verdict
+
+        raise typer.Exit(verdict(quick=quick, as_json=as_json, out=out))
+    if what in (Bench.efficiency, Bench.stability, Bench.metamorphic):
+        from notabug.bench.measuring import command as measuring
+
+        code = measuring(what.value, quick=quick, out=out, renderers=renderer or [], resume=resume, as_json=as_json)
+        raise typer.Exit(code)
     from notabug.bench.command import command
 
     raise typer.Exit(command(as_json))
 
 
 @app.command()
+def reduce(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="An id or a USD file on which the renderer has a bug.")],
+    renderer: Annotated[str, typer.Option("--renderer", "-r", help="The renderer.")],
+    variant: Variant = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="An attribute of the adapter, such as variant=scalar_rgb."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the minimal scene and its README.")] = Path("notabug-reduced"),
+    samples: Annotated[int, typer.Option(min=0, help="Samples per pixel; 0: the renderer's default.")] = 0,
+    seeds: Annotated[int, typer.Option(min=1, max=64, help="Independent pictures of a noisy renderer.")] = 4,
+    any_name: Annotated[
+        bool, typer.Option("--any-name", help="Go on while there is any bug, whatever its name.")
+    ] = False,
+) -> None:
+    """Shrink a scene while a renderer's bug on it stays, and write what a bug report needs."""
+    from notabug.reducing import command
+
+    raise typer.Exit(
+        command(
+            scene=scene,
+            renderer=renderer,
+            variants=variant or [],
+            settings=settings or [],
+            out=out,
+            samples=samples,
+            seeds=seeds,
+            any_name=any_name,
+        )
+    )
+
+
+@app.command()
+def accept(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene of the last run.")],
+    renderer: Annotated[str, typer.Option("--renderer", "-r", help="The renderer.")],
+    because: Annotated[str, typer.Option(help="Why: a sentence for whoever reads the file next.")],
+    variant: Variant = None,
+    link: Annotated[str, typer.Option(help="Where it is discussed.")] = "",
+    expires: Annotated[str, typer.Option(metavar="YYYY-MM-DD", help="From when on it is not accepted.")] = "",
+    band: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share by which area and jnd may differ.")] = 0.1,
+    run: Annotated[Path, typer.Option("--run", help="The folder of the run.")] = Path("notabug-out"),
+    expect: Annotated[Path, typer.Option(help="The file to write.")] = Path("notabug.expect.toml"),
+) -> None:
+    """Accept one result of the last run: write it to notabug.expect.toml, for review."""
+    from notabug.accepting import command
+
+    raise typer.Exit(
+        command(
+            scene=scene,
+            renderer=renderer,
+            variants=variant or [],
+            because=because,
+            link=link,
+            expires=expires,
+            band=band,
+            out=run,
+            path=expect,
+        )
+    )
+
+
+@app.command()
+def merge(
+    folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of runs, such as shards.")],
+    out: Annotated[Path, typer.Option(help="The folder to make.")],
+) -> None:
+    """Make one run of several, pictures and all."""
+    from notabug.merging import command
+
+    raise typer.Exit(command(folders, out))
+
+
+@app.command()
+def diff(
+    before: Annotated[Path, typer.Argument(metavar="RUN_A", help="The folder of a run.")],
+    after: Annotated[Path, typer.Argument(metavar="RUN_B", help="The folder of a later one.")],
+    as_json: Json = False,
+) -> None:
+    """Say what changed from one run to another, worst first."""
+    from notabug.comparing import command
+
+    raise typer.Exit(command(before, after, as_json))
+
+
+@app.command()
 def report(
     folder: Annotated[Path, typer.Argument(help="The folder of a run.")] = Path("notabug-out"),
     white: Annotated[float, typer.Option(min=1e-6, help="The radiance that is shown as white.")] = 1.0,
+    to: Annotated[Page, typer.Option(help="The page, or text for a build server on standard output.")] = Page.html,
 ) -> None:
-    """Draw report.html again from run.json and the pictures next to it."""
-    from notabug.report.page import draw
+    """Draw report.html again from run.json and the pictures next to it, or write it for a build server."""
+    if to is Page.html:
+        from notabug.report.page import draw
 
-    typer.echo(draw(folder, white))
+        typer.echo(draw(folder, white))
+    else:
+        from notabug.report.builds import command
+
+        raise typer.Exit(command(folder, to.value))
 
 
 @app.command()

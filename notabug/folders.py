@@ -6,11 +6,42 @@ import hashlib
 import json
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from filelock import FileLock, Timeout
+
+from notabug.scenes_usd.errors import NotabugError
+
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.,=+-]")
 _LONGEST = 80  # characters of one folder name: with its hash well below the 255 bytes that file systems allow
+
+
+class FolderInUseError(NotabugError):
+    """Another run is writing into the folder."""
+
+
+@contextmanager
+def sole_writer(out: Path) -> Iterator[None]:
+    """``out``, made if need be, for this run alone. The system drops the lock when a process ends, however it ends."""
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        with FileLock(out / ".notabug.lock", blocking=False):
+            yield
+    except Timeout:
+        raise FolderInUseError(
+            "another run is writing into this folder", where=str(out), do="wait for it, or choose another with --out"
+        ) from None
+
+
+@contextmanager
+def job_lock(folder: Path) -> Iterator[None]:
+    """The job's ``folder``, made if need be, for one process at a time: of two that do one job the later one waits."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with FileLock(folder / ".job.lock"):
+        yield
 
 
 def folder_name(text: str) -> str:
@@ -27,12 +58,17 @@ def folder_name(text: str) -> str:
     return f"{safe}-{hashlib.blake2b(text.encode('utf-8', 'surrogatepass'), digest_size=4).hexdigest()}"
 
 
-def job_folder(out: Path, scene: str, variant: str, renderer: str) -> Path:
-    """``out/<class>/<scene>/<variant>/<renderer>``; a scene from outside the corpus has the class ``own``."""
+def scene_folder(out: Path, scene: str, variant: str) -> Path:
+    """``out/<class>/<scene>/<variant>``; a scene from outside the corpus has the class ``own``."""
     group, _, name = scene.partition("/")
     if not name:
         group, name = "own", scene
-    return out.joinpath(*(folder_name(part) for part in (group, name, variant, renderer)))
+    return out.joinpath(*(folder_name(part) for part in (group, name, variant)))
+
+
+def job_folder(out: Path, scene: str, variant: str, renderer: str) -> Path:
+    """The ``scene_folder``'s own for ``renderer``."""
+    return scene_folder(out, scene, variant) / folder_name(renderer)
 
 
 def write_json(path: Path, document: Any) -> None:

@@ -12,28 +12,24 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
-import numpy as np
-import numpy.typing as npt
 from rich.console import Console
 from rich.text import Text
 
 from notabug.adapters.base import Declaration, Filter
+from notabug.adapters.declared import RADIUS, SRGB_SLOPE, decode_srgb
 from notabug.exit_codes import ExitCode
 from notabug.folders import folder_name, write_json
+from notabug.gate import Gate, code_of
 from notabug.outcome import judge_pictures
 from notabug.progress import console, verdict_text
 from notabug.record import SCHEMA, Result, json_ready
 from notabug.report.page import draw
-from notabug.running import code_of
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.picture import Picture, read_picture, write_exr
 from notabug.scenes_usd.reader import read_scene
 from notabug.selection import parse_variants
 from notabug.tool import tool
 from notabug.words import number, readable
-
-RADIUS = {"point": 0.0, "box": 0.5, "tent": 1.0, "gaussian": 2.0, "unknown": 2.0}  # pixels, where none is declared
-SRGB_SLOPE = 2.4 / 1.055  # of the decoding at 1: by so much does a step of the file grow
 
 
 def command(
@@ -74,6 +70,7 @@ def command(
         command=shlex.join(["notabug", *sys.argv[1:]]),
         claim=scene.card.claim,
     )
+    result = Gate().judged(result)
     total = time.perf_counter() - begun
     document = {
         "schema": SCHEMA,
@@ -127,21 +124,11 @@ def declare(
         relative_quantum=coarsest.relative_quantum,
         noisy=len(pictures) > 1 if noisy is None else noisy,
         ngon_split="unknown",
+        coincident="unknown",
         lobe="unknown",
         normalised="unknown",
         highlight="unknown",
     )
-
-
-def decode_srgb(encoded: npt.NDArray[np.floating]) -> npt.NDArray[np.float32]:
-    """IEC 61966-2-1 to linear; below 0 mirrored, above 1 by the same curve.
-
-    >>> float(decode_srgb(np.array([0.5])).round(4)[0])
-    0.214
-    """
-    size = np.abs(encoded)
-    linear = np.where(size <= 0.04045, size / 12.92, ((size + 0.055) / 1.055) ** 2.4)
-    return np.asarray(np.copysign(linear, encoded), np.float32)
 
 
 def _as_linear(images: Sequence[Path], pictures: Sequence[Picture], folder: Path, srgb: bool) -> list[Path]:

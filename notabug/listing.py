@@ -1,4 +1,4 @@
-"""The ``list`` command: scenes, variants, renderers, models."""
+"""The ``list`` command: scenes, variants, renderers, models, workarounds."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from notabug.adapters.registry import adapters
 from notabug.exit_codes import ExitCode
 from notabug.progress import console
 from notabug.references.models.model import models
+from notabug.references.workarounds.workaround import workarounds
+from notabug.scenes_usd.card import CLASSES
 from notabug.scenes_usd.catalogue import scenes
 from notabug.scenes_usd.reader import read_scene
 
@@ -64,7 +66,31 @@ def list_models() -> list[dict[str, Any]]:
     return sorted(rows.values(), key=lambda row: (order.index(row["kind"]), row["model"]))
 
 
-LISTS = {"scenes": list_scenes, "variants": list_variants, "renderers": list_renderers, "models": list_models}
+def list_workarounds() -> list[dict[str, Any]]:
+    """Every workaround with the class it serves, in the order of the paper's table."""
+    rows = (
+        {
+            "workaround": each.name,
+            "class": each.artifact_class,
+            "scenes": list(dict.fromkeys(setting.scene for setting in each.settings)),
+            "claim": each.claim,
+            "caveat": each.caveat,
+        }
+        for each in workarounds()
+    )
+    return sorted(rows, key=lambda row: CLASSES.index(row["class"]))
+
+
+LISTS = {
+    "scenes": list_scenes,
+    "variants": list_variants,
+    "renderers": list_renderers,
+    "models": list_models,
+    "workarounds": list_workarounds,
+}
+
+
+_WIDE = ("claim", "caveat", "version")
 
 
 def command(topic: str, as_json: bool) -> ExitCode:
@@ -75,7 +101,7 @@ def command(topic: str, as_json: bool) -> ExitCode:
     elif rows:
         table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 2, 0, 0))
         for name, value in rows[0].items():
-            table.add_column(name, no_wrap=isinstance(value, str) and name not in ("claim", "version"))
+            table.add_column(name, no_wrap=isinstance(value, str) and name not in _WIDE)
         for row in rows:
             cells = (", ".join(value) if isinstance(value, list) else str(value) for value in row.values())
             table.add_row(*map(Text, cells))

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.judge import Judgement, judge
 from notabug.metrics.verdict import Verdict
-from notabug.references.predict import predict
-from notabug.scenes_usd.catalogue import scenes
+from notabug.references.store import others
 from notabug.scenes_usd.picture import read_picture, write_exr
-from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 
 
@@ -39,18 +36,9 @@ def judge_pictures(paths: Sequence[Path], scene: Scene, declaration: Declaration
     start = time.perf_counter()
     pictures = [read_picture(path).pixels for path in paths]
     height, width = pictures[0].shape[:2]
-    judgement = judge(pictures, scene, declaration, others=lambda: _others(scene))
+    judgement = judge(pictures, scene, declaration, others=lambda: others(scene))
     image, images = (paths[0], {}) if folder is None else _write(judgement, folder, paths, height, width)
     return Outcome(judgement.verdict, image, images, (width, height), time.perf_counter() - start)
-
-
-def _others(scene: Scene) -> Iterator[tuple[str, npt.NDArray[np.float64]]]:
-    """The references of the corpus's other scenes of the same size, for a picture that fits nothing in its own."""
-    for each in scenes():
-        if each.id != scene.id:
-            other = read_scene(each.id)
-            if (other.width, other.height) == (scene.width, scene.height):
-                yield each.id, predict(other).mean
 
 
 def _write(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import TracebackType
+from typing import Any
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -16,6 +17,19 @@ from notabug.record import Result
 from notabug.words import STYLE, area, finding_names, number, strongest
 
 _PLAIN = "default not bold"
+SHOWN = 5  # jobs named for each state
+
+# What to do about a state, worst first.
+ADVICE = {
+    "new": "",
+    "grew": "",
+    "expired": ": look again, then correct it or accept it anew",
+    "models changed": ": accepted under other scenes or models of notabug, whose results differ; look at the report, "
+    "then `notabug accept` them again or correct the renderer",
+    "improved": ": accept the smaller band",
+    "fixed": ": delete the entry",
+    "as expected": "",
+}
 
 
 class Board:
@@ -115,6 +129,21 @@ def messages(results: Sequence[Result]) -> list[Text]:
         .append(f" {renderer}: {message}", style=_PLAIN)
         for (scene, renderer, message), found in same.items()
     ]
+
+
+def states(results: Sequence[Result], gate: Mapping[str, Any]) -> list[Text]:
+    """What became of what was accepted, a state a line, those that fail first; what to do where it is not plain."""
+    lines = []
+    for state, advice in ADVICE.items():
+        found = [each for each in results if each.state == state and (each.because or state == "new")]
+        if found:
+            style = "bold red" if any(each.fails for each in found) else "default"
+            named = "; ".join(" ".join(x for x in (e.scene, e.variant, e.renderer) if x) for e in found[:SHOWN])
+            more = f"; and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
+            lines.append(Text(f"{state}: {len(found)}", style=style).append(f"  {named}{more}{advice}", style=_PLAIN))
+    if gate["unused"]:
+        lines.append(Text(f"unused: {len(gate['unused'])} entries of {gate['file']} met no result of this run", "dim"))
+    return lines
 
 
 def verdict_text(result: Result) -> Text:

@@ -6,9 +6,15 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from notabug.metrics.verdict import Verdict
+from notabug.expectation import State, Statement
+from notabug.metrics.verdict import GLYPH, Verdict
+from notabug.scenes_usd.errors import NotabugError
 
 SCHEMA = 1
+
+
+class RecordError(NotabugError):
+    """A record that no run has written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,23 +34,17 @@ class Result:
     size: tuple[int, int] = (0, 0)  # width, height
     command: str = ""  # reproduces this result
     renderer_command: tuple[str, ...] = ()
-    expected: str = ""  # what the scene's table states: a word, or "limitation: name + name"; "" where it states none
+    expected: str = ""  # what an accepted entry or the scene's table states: a word, or "limitation: name + name"
     claim: str = ""
+    state: State = ""  # how the result compares with what is expected
+    because: str = ""  # why a team has accepted it
+    fails: bool = False  # a gate goes red for it
 
     @property
     def surprising(self) -> bool:
-        """The verdict is not the one that the scene's expectation table states."""
-        word, _, names = self.expected.partition(":")
-        if not word:
-            return False
-        wanted = {each.strip() for each in names.split("+")} - {""}
-        found = {each.name for each in self.verdict.findings if each.kind == "limitation"}
-        return word != self.verdict.word or (bool(wanted) and wanted != found)
-
-    @property
-    def accepted(self) -> bool:
-        """The verdict's word is the one that the table states: a known bug is accepted, a new one is not."""
-        return self.expected.partition(":")[0] == self.verdict.word
+        """The result is not the one that is expected, better or worse."""
+        left = self.state in ("grew", "improved", "expired", "models changed")
+        return left or (bool(self.expected) and not Statement.parse(self.expected).fits(self))
 
     def as_dict(self) -> dict[str, Any]:
         """As in ``run.json``: the verdict's parts lie beside the others, numbers that are not finite become null."""
@@ -67,12 +67,25 @@ class Result:
             "renderer_command": list(self.renderer_command),
             "expected": self.expected,
             "claim": self.claim,
+            "state": self.state,
+            "because": self.because,
+            "fails": self.fails,
         }
         document: dict[str, Any] = json_ready(plain)
         return document
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Result:
+    def from_dict(cls, data: Any) -> Result:
+        """The result that ``data``, as in ``run.json``, holds; raises RecordError where it holds none."""
+        try:
+            _check_types(data)
+            return cls._from_dict(data)
+        except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+            got = f"{type(error).__name__}: {error}"
+            raise RecordError("not a result of a run", got=got, do="run again with --no-resume") from error
+
+    @classmethod
+    def _from_dict(cls, data: dict[str, Any]) -> Result:
         parts = {key: data[key] for key in ("findings", "legs", "triggers", "message", "numbers")}
         parts["findings"] = [_numbers(each, {"area_px", "jnd", "z"}) for each in parts["findings"]]
         parts["legs"] = {name: _numbers(each, set(each)) for name, each in parts["legs"].items()}
@@ -93,7 +106,44 @@ class Result:
             renderer_command=tuple(data["renderer_command"]),
             expected=data["expected"],
             claim=data["claim"],
+            state=data.get("state", ""),
+            because=data.get("because", ""),
+            fails=data.get("fails", False),
         )
+
+
+_TEXTS = ("scene", "variant", "renderer", "renderer_version", "verdict", "message", "image", "command", "expected")
+
+
+def _check_types(data: Any) -> None:
+    """Raise TypeError or ValueError where what would be drawn, added up or opened is of another type."""
+    for key in (*_TEXTS, "claim"):
+        if not isinstance(data[key], str):
+            raise TypeError(f"{key} is no text")
+    if not all(isinstance(data.get(key, ""), str) for key in ("state", "because")):
+        raise TypeError("state or because is no text")
+    if not isinstance(data.get("fails", False), bool):
+        raise TypeError("fails is neither true nor false")
+    if data["verdict"] not in GLYPH:
+        raise ValueError(f"unknown verdict {data['verdict']!r}")
+    for key in ("samples", "seeds"):
+        if not isinstance(data[key], int):
+            raise TypeError(f"{key} is no whole number")
+    if not all(
+        isinstance(each, str) for each in (*data["images"].values(), *data["renderer_command"], *data["triggers"])
+    ):
+        raise TypeError("a picture's path or a word of the command or the triggers is no text")
+    numbers = [*data["seconds"].values(), *data["size"], *data["numbers"].values()]
+    for leg in data["legs"].values():
+        numbers += leg.values()
+    for each in data["findings"]:
+        numbers += [each["area_px"], each["jnd"], each["z"], *each["region"]]
+        if not isinstance(each["name"], str) or not isinstance(each["message"], str):
+            raise TypeError("a finding's name or message is no text")
+    if not all(each is None or isinstance(each, int | float) for each in numbers):
+        raise TypeError("a number is none")
+    if not {"render", "judge"} <= data["seconds"].keys() or not {"limitation", "bug"} <= data["legs"].keys():
+        raise ValueError("seconds or legs are missing")
 
 
 def json_ready(value: Any) -> Any:

@@ -9,30 +9,24 @@ import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
 from notabug.adapters.base import Adapter, Found, Quality, Render, RendererMissingError, UnsupportedError
-from notabug.folders import job_folder, write_json, write_text
+from notabug.calibration import CARDS, refusal
+from notabug.crew import Alone, Crew
+from notabug.folders import job_folder, job_lock, sole_writer, write_json, write_text
+from notabug.gate import Gate
 from notabug.metrics.verdict import Verdict, Word
 from notabug.outcome import judge_pictures
-from notabug.record import SCHEMA, Result
+from notabug.record import SCHEMA, RecordError, Result
 from notabug.scenes_usd.catalogue import expected
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 from notabug.selection import Choice
 from notabug.tool import fingerprint, tool
-
-CARD = Choice(source="calibration/card", id="calibration/card")
-
-# Findings on the calibration card that accuse the adapter, not the renderer: until they are gone nothing is judged.
-ADAPTER_FAULTS = frozenset(
-    {
-        *("upside_down", "mirrored", "rotated", "pixel_shift", "field_of_view", "wrong_size", "wrong_scene"),
-        *("light_gain", "gamma", "srgb_encoded", "channels_swapped", "wrong_channels", "black"),
-    }
-)
 
 
 class Watcher(Protocol):
@@ -41,6 +35,19 @@ class Watcher(Protocol):
     def begin(self, jobs: int) -> None: ...
     def start(self, scene: str, variant: str, renderer: str, stage: str) -> None: ...
     def done(self, result: Result, kept: bool) -> None: ...
+
+
+class Silent:
+    """Sees nothing: the watcher of a job in another process."""
+
+    def begin(self, jobs: int) -> None:
+        del jobs
+
+    def start(self, scene: str, variant: str, renderer: str, stage: str) -> None:
+        del scene, variant, renderer, stage
+
+    def done(self, result: Result, kept: bool) -> None:
+        del result, kept
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +61,13 @@ class Plan:
     resume: bool = True
     missing: Mapping[str, str] = field(default_factory=dict)  # renderer: how to install it
     command: Sequence[str] = ()
+    gate: Gate = field(default_factory=Gate)
+    crew: Crew = field(default_factory=Alone)
+    shard: str = ""
+
+    def wanted(self, choice: Choice) -> list[str]:
+        """The renderers that ``choice`` is for."""
+        return [name for name in self.renderers if not choice.only or name in choice.only]
 
 
 @dataclass(slots=True)
@@ -64,6 +78,7 @@ class Run:
     watcher: Watcher
     results: list[Result] = field(default_factory=list)
     calibration: dict[str, Result] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)  # renderer: what its calibration card says against it
     rendering: float = 0.0  # seconds that renderers took in this run; kept results cost none
     begun: float = field(default_factory=time.perf_counter)
     finished: bool = False
@@ -79,9 +94,15 @@ class Run:
             "tool": tool(),
             "command": list(self.plan.command),
             "finished": self.finished,
-            "seconds": {"total": total, "render": self.rendering, "outside": max(0.0, total - self.rendering)},
+            "seconds": {
+                "total": total,
+                "render": self.rendering,
+                "outside": max(0.0, total - self.rendering / self.plan.crew.at_once),
+            },
+            "jobs": self.plan.crew.document() | {"threads": self.plan.quality.threads, "shard": self.plan.shard},
+            "gate": self.plan.gate.document(self.results),
             "renderers": found | {name: {"missing": line} for name, line in self.plan.missing.items()},
-            "calibration": [each.as_dict() for each in self.calibration.values()],
+            "calibration": [self.calibration[name].as_dict() for name in found if name in self.calibration],
             "results": [each.as_dict() for each in self.results],
         }
 
@@ -90,28 +111,92 @@ class Run:
 
 
 def run(plan: Plan, watcher: Watcher) -> Run:
-    """Do every job of ``plan``; a job that fails is a result of its own and the others go on."""
-    plan.out.mkdir(parents=True, exist_ok=True)
+    """Do every job of ``plan``; a job that fails is a result of its own and the others go on.
+
+    Raises FolderInUseError where another run, in any process, is writing into the folder.
+    """
+    with sole_writer(plan.out):
+        return _run(plan, watcher)
+
+
+def _run(plan: Plan, watcher: Watcher) -> Run:
     state = Run(plan, watcher)
-    watcher.begin(len(plan.choices) * len(plan.renderers))
+    tasks = [Task(choice, name) for choice in plan.choices for name in plan.wanted(choice)]
+    watcher.begin(len(tasks))
     state.save()
-    for name in plan.renderers:
-        card = _calibrate(state, name)
-        if card is not None:
-            state.calibration[name] = card
-    for choice in plan.choices:
-        scene = _read(choice)
-        for name in plan.renderers:
-            if choice == CARD and name in state.calibration:
-                result, kept = state.calibration[name], False
+    with plan.crew as crew:
+        seen = watcher if crew.at_hand else Silent()
+        lean = replace(plan, choices=(), crew=Alone(), gate=Gate())  # what a job needs, wherever it is done
+        names = list(plan.renderers)
+        for place, card in crew.each(partial(calibrate, lean, seen), names):
+            name = names[place]
+            if isinstance(card, Exception):
+                state.refused[name] = f"the card's job was lost: {card}"
             else:
-                result, kept = _job(state, choice, scene, name)
-            state.results.append(result)
-            watcher.done(result, kept)
-            state.save()
+                state.refused[name] = card.refused
+                state.rendering += card.rendering
+                state.calibration |= {name: card.result} if card.result is not None else {}
+        results: dict[int, Result] = {}
+        for index, task in enumerate(tasks):
+            if task.choice == CARDS[0] and task.renderer in state.calibration:
+                _finish(state, results, index, Done(state.calibration[task.renderer], False, 0.0))
+        rest = [index for index in range(len(tasks)) if index not in results]
+        for place, done in crew.each(partial(perform, lean, state.refused, seen), [tasks[each] for each in rest]):
+            index = rest[place]
+            _finish(state, results, index, _lost(plan, tasks[index], done) if isinstance(done, Exception) else done)
     state.finished = True
     state.save()
     return state
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One job: a choice for one renderer."""
+
+    choice: Choice
+    renderer: str
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What came of a job: ``kept`` from an earlier run, else ``rendering`` seconds were spent in the renderer."""
+
+    result: Result
+    kept: bool
+    rendering: float
+
+
+def perform(plan: Plan, refused: Mapping[str, str], watcher: Watcher, task: Task) -> Done:
+    """Do ``task``, in this process or another one. Two that do the same job do it one after the other."""
+    state = Run(plan, watcher, refused=dict(refused))
+    result, kept = _job(state, task.choice, _read(task.choice), task.renderer)
+    return Done(result, kept, state.rendering)
+
+
+def _finish(state: Run, results: dict[int, Result], index: int, done: Done) -> None:
+    """Put a job's result in its place and save the record."""
+    state.rendering += done.rendering
+    results[index] = state.plan.gate.judged(done.result)
+    state.results = [results[each] for each in sorted(results)]
+    state.watcher.done(results[index], done.kept)
+    state.save()
+
+
+def _lost(plan: Plan, task: Task, error: Exception) -> Done:
+    """The result of a job that never came back."""
+    name, choice = task.renderer, task.choice
+    return Done(
+        Result(
+            scene=choice.id,
+            variant=choice.variant,
+            renderer=name,
+            renderer_version=plan.renderers[name][1].version,
+            verdict=_no_judgement("error", f"the process that did this job ended: {type(error).__name__}: {error}"),
+            command=reproduce(choice, name, plan.quality),
+        ),
+        False,
+        0.0,
+    )
 
 
 def _read(choice: Choice) -> Scene | NotabugError:
@@ -121,10 +206,30 @@ def _read(choice: Choice) -> Scene | NotabugError:
         return error
 
 
-def _calibrate(state: Run, name: str) -> Result | None:
-    """The renderer's result on the calibration card; None where there is no card."""
-    scene = _read(CARD)
-    return _job(state, CARD, scene, name)[0] if isinstance(scene, Scene) else None
+@dataclass(frozen=True, slots=True)
+class Calibrated:
+    """A renderer's result on the first card that it can draw, and what that says against its adapter, or ""."""
+
+    result: Result | None
+    refused: str
+    rendering: float
+
+
+def calibrate(plan: Plan, watcher: Watcher, name: str) -> Calibrated:
+    """Draw the first card that the renderer called ``name`` can draw."""
+    state = Run(plan, watcher)
+    first: Result | None = None
+    for card in CARDS:
+        scene = _read(card)
+        if isinstance(scene, Scene):
+            result, _ = _job(state, card, scene, name)
+            first = first or result
+            if result.verdict.word != "unsupported":
+                first = result
+                break
+    if first is None:
+        return Calibrated(None, "", state.rendering)
+    return Calibrated(first, refusal(first, plan.renderers[name][0], plan.quality, plan.out), state.rendering)
 
 
 def _expected(scene: Scene, renderer: str) -> str:
@@ -132,19 +237,12 @@ def _expected(scene: Scene, renderer: str) -> str:
     return table.get(renderer, table.get("*", ""))
 
 
-def _blamed(state: Run, name: str) -> str:
-    """What the calibration card says against the adapter, or ""."""
-    card = state.calibration.get(name)
-    if card is None or card.verdict.word != "bug":
-        return ""
-    faults = [each for each in card.verdict.findings if each.kind == "bug" and each.name in ADAPTER_FAULTS]
-    return "; ".join(each.message or each.name.replace("_", " ") for each in faults)
-
-
 def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> tuple[Result, bool]:
     """One result, and whether it was kept from an earlier run."""
     adapter, found = state.plan.renderers[name]
     variant = choice.variant if isinstance(scene, NotabugError) else scene.variant
+    if choice.label:
+        variant = f"{variant} [{choice.label}]".lstrip()
     blank = Result(
         scene=choice.id,
         variant=variant,
@@ -153,18 +251,21 @@ def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> 
         verdict=Verdict("error"),
         command=reproduce(choice, name, state.plan.quality),
     )
-    blamed = _blamed(state, name)
+    blamed = state.refused.get(name, "")
     if isinstance(scene, NotabugError):
         return replace(blank, verdict=_no_judgement("error", str(scene))), False
-    blank = replace(blank, claim=scene.card.claim, size=(scene.width, scene.height), expected=_expected(scene, name))
+    stated = "" if choice.label else _expected(scene, name)
+    blank = replace(blank, claim=scene.card.claim, size=(scene.width, scene.height), expected=stated)
     if blamed:
         return replace(blank, verdict=_no_judgement("error", f"calibration: {blamed}")), False
+    adapter = choice.alter(adapter, scene)
     folder = job_folder(state.plan.out, choice.folder or choice.id, variant, name)
     keys = _keys(scene, adapter, found, state.plan.quality)
-    kept = _kept(folder, keys["result"], state.plan.out) if state.plan.resume else None
-    if kept is not None:
-        return replace(kept, command=blank.command, expected=blank.expected, claim=blank.claim), True
-    return _fresh(state, blank, scene, adapter, folder, keys), False
+    with job_lock(folder):
+        kept = _kept(folder, keys["result"], state.plan.out) if state.plan.resume else None
+        if kept is not None:
+            return replace(kept, command=blank.command, expected=blank.expected, claim=blank.claim), True
+        return _fresh(state, blank, scene, adapter, folder, keys), False
 
 
 def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Path, keys: dict[str, str]) -> Result:
@@ -254,14 +355,14 @@ def _kept(folder: Path, key: str, out: Path) -> Result | None:
         return None
     try:
         result = Result.from_dict(stored["result"])
-    except (KeyError, TypeError, IndexError):
+    except (RecordError, KeyError):
         return None
     return result if all((out / each).is_file() for each in (result.image, *result.images.values())) else None
 
 
 def _keys(scene: Scene, adapter: Adapter, found: Found, quality: Quality) -> dict[str, str]:
     """What a picture and what a result depend on, as text."""
-    made = [scene.digest(), adapter.name, found.version, quality.samples, list(quality.seeds)]
+    made = [scene.digest(), adapter.name, found.version, found.key, quality.samples, list(quality.seeds)]
     return {
         "render": json.dumps([*made, fingerprint("scenes_usd", "adapters")]),
         "result": json.dumps([*made, fingerprint("scenes_usd", "references", "adapters", "metrics")]),
@@ -296,6 +397,8 @@ def _no_judgement(word: Word, message: str) -> Verdict:
 
 def reproduce(choice: Choice, renderer: str, quality: Quality) -> str:
     """The command line that makes this one result again."""
+    if choice.label:
+        return shlex.join(["notabug", "run", "--workarounds", choice.source, "-r", renderer])
     words = ["notabug", "run", choice.source, "-r", renderer]
     for name, value in sorted(choice.variants.items()):
         words += ["--variant", f"{name}={value}"]

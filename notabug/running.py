@@ -10,14 +10,18 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
+from notabug import workarounds
 from notabug.adapters.base import Quality
 from notabug.adapters.registry import adapter, adapters
+from notabug.crew import Alone, crew
 from notabug.exit_codes import ExitCode
-from notabug.progress import Board, console, messages, table
-from notabug.record import Result
+from notabug.folders import write_json
+from notabug.gate import FailOn, Gate, code_of
+from notabug.progress import Board, console, messages, states, table
 from notabug.report.page import draw
 from notabug.run import Plan, Run, find_renderers, run
-from notabug.selection import NothingSelectedError, choose, parse_variants
+from notabug.scenes_usd.errors import SelectionError
+from notabug.selection import NothingSelectedError, choose, parse_variants, part
 from notabug.words import tally
 
 
@@ -34,10 +38,25 @@ def command(
     require: Sequence[str],
     resume: bool,
     as_json: bool,
+    remedies: bool = False,
+    expect: Path | None = None,
+    fail_on: FailOn = "any",
+    jobs: int = 0,
+    executor: str = "",
+    shard: str = "",
 ) -> ExitCode:
-    """Run the selection and print what came of it."""
+    """Run the selection and print what came of it; ``remedies``: with and without the workarounds of it."""
     quiet = console(stderr=True)
-    choices = choose(scenes, parse_variants(variants), every_variant=every_variant)
+    gate = Gate.load(expect, fail_on)
+    selected = workarounds.chosen(scenes) if remedies else []
+    if remedies and (variants or every_variant):
+        raise SelectionError("workarounds choose their variants themselves", do="leave --variant and --variants out")
+    choices = (
+        workarounds.choices(selected)
+        if remedies
+        else choose(scenes, parse_variants(variants), every_variant=every_variant)
+    )
+    choices = part(choices, shard)
     asked = {name: adapter(name) for name in dict.fromkeys(renderers)} if renderers else adapters()
     required = {name: adapter(name) for name in require}
 
@@ -50,14 +69,19 @@ def command(
             each.find()  # raises with the way to install it
     if not found:
         raise NothingSelectedError("no renderer is installed", do="see `notabug doctor`")
+    # The settings of workarounds alter adapters by functions that exist in this process only.
+    at_work, threads = (Alone(), 0) if remedies else crew(executor, jobs, len(choices) * len(found))
     plan = Plan(
         choices=choices,
         renderers=found,
         out=out,
-        quality=Quality(samples=samples, seeds=tuple(range(seeds)), timeout=timeout),
+        quality=Quality(samples=samples, seeds=tuple(range(seeds)), timeout=timeout, threads=threads),
         resume=resume,
         missing=missing,
         command=["notabug", *sys.argv[1:]],
+        gate=gate,
+        crew=at_work,
+        shard=shard,
     )
     try:
         with Board(quiet) as board:
@@ -67,26 +91,25 @@ def command(
             f"interrupted; finished results stay in {out} and the same command goes on from there", markup=False
         )
         raise SystemExit(130) from None
+    found_rows = workarounds.rows(selected, state.results)
+    document = state.document()
+    if remedies:
+        document["workarounds"] = [each.as_dict() for each in found_rows]
+        write_json(out / "run.json", document)
     page = draw(out)
     if as_json:
-        print(json.dumps(state.document(), ensure_ascii=False, allow_nan=False))
+        print(json.dumps(document, ensure_ascii=False, allow_nan=False))
+    elif remedies:
+        console().print(workarounds.table(found_rows))
     else:
         _summary(console(), state, page)
-    return code_of(state.results)
-
-
-def code_of(results: Sequence[Result]) -> ExitCode:
-    """A bug outweighs an error; what the scene's expectation table states is accepted."""
-    words = {each.verdict.word for each in results if not each.accepted}
-    if "bug" in words:
-        return ExitCode.BUG
-    return ExitCode.RENDERER if "error" in words else ExitCode.OK
+    return workarounds.code_of(found_rows, state.results) if remedies else code_of(state.results)
 
 
 def _summary(out: Console, state: Run, page: Path) -> None:
     out.print(table(state.results))
     out.print()
-    for line in messages(state.results):
+    for line in [*messages(state.results), *states(state.results, state.plan.gate.document(state.results))]:
         out.print(line, soft_wrap=True)
     out.print(Text(tally(each.verdict.word for each in state.results), style="bold"))
     surprises = sum(each.surprising for each in state.results)
@@ -94,7 +117,9 @@ def _summary(out: Console, state: Run, page: Path) -> None:
         out.print(f"{surprises} other than expected")
     seconds = state.document()["seconds"]
     share = seconds["outside"] / seconds["total"] if seconds["total"] else 0.0
+    at_once = state.plan.crew.at_once
     out.print(
         f"{seconds['total']:.1f} s, of which {seconds['render']:.1f} s in renderers and {share:.0%} outside of them"
+        f"{f', {at_once} jobs at once' if at_once > 1 else ''}"
     )
     out.print(f"{state.plan.out / 'run.json'}\n{page}", markup=False, soft_wrap=True)

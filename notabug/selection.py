@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import product
 from pathlib import Path
 from types import MappingProxyType
 
+from notabug.adapters.base import Adapter
 from notabug.scenes_usd import catalogue
 from notabug.scenes_usd.errors import NotabugError, SelectionError
 from notabug.scenes_usd.reader import SUFFIXES, find, scene_id
+from notabug.scenes_usd.scene import Scene
 
 ALL = "all"
 
@@ -21,18 +23,28 @@ class NothingSelectedError(NotabugError):
     """A selection that is well formed and empty."""
 
 
+def unaltered(adapter: Adapter, scene: Scene) -> Adapter:
+    """The alteration that alters nothing."""
+    del scene
+    return adapter
+
+
 @dataclass(frozen=True, slots=True)
 class Choice:
     """One scene with the variants that were asked for; sets left out keep the scene's default.
 
     ``source`` is what was asked for (an id or a path), ``folder`` where the results of a scene from outside the corpus
-    go: two files of one name must not share a folder.
+    go: two files of one name must not share a folder. ``label`` names what ``alter`` makes of an adapter, "" nothing;
+    ``only`` names the renderers that the choice is for, all where it is empty.
     """
 
     source: str
     id: str
     variants: Mapping[str, str] = field(default_factory=dict)
     folder: str = ""
+    label: str = ""
+    alter: Callable[[Adapter, Scene], Adapter] = unaltered
+    only: frozenset[str] = frozenset()
 
     @property
     def variant(self) -> str:
@@ -60,19 +72,36 @@ def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_
     sources = list(dict.fromkeys(source for word in scenes or ["*"] for source in _sources(word)))
     if not sources:
         raise NothingSelectedError("no scene matches", got=" ".join(scenes), do="see `notabug list scenes`")
-    choices: list[Choice] = []
+    choices: dict[tuple[str, frozenset[tuple[str, str]]], Choice] = {}
     unused = {name: set(values) - {ALL} for name, values in wanted.items()}
     absent = set(wanted)
     for source in sources:
-        sets = _sets(source, wanted)
+        sets, defaults = _sets(source, wanted), catalogue.read_entry(find(source)).defaults
         here = {name: values for name, values in wanted.items() if name in sets}
         absent -= here.keys()
         for name in here:
             unused[name] -= set(sets[name])
         for variants in _combinations(sets, here, every_variant):
-            choices.append(_choice(source, variants))
+            full = frozenset({**defaults, **variants}.items())  # a default that is named is no other choice
+            choices.setdefault((source, full), _choice(source, variants))
     _refuse(sources, absent, unused)
-    return list({(each.source, each.variant): each for each in choices}.values())
+    return list(choices.values())
+
+
+def part(choices: Sequence[Choice], shard: str) -> list[Choice]:
+    """The share ``"2/8"`` of ``choices``, by a hash of each: the same on every machine, whatever else is selected."""
+    if not shard:
+        return list(choices)
+    number, slash, of = shard.partition("/")
+    if not (slash and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of)):
+        raise SelectionError("not a shard", where="--shard", expected="2/8: the second of eight", got=repr(shard))
+    return [each for each in choices if _hash(each) % int(of) == int(number) - 1]
+
+
+def _hash(choice: Choice) -> int:
+    text = "\0".join((choice.source, choice.variant, choice.label))
+    digest = hashlib.blake2b(text.encode("utf-8", "surrogateescape"), digest_size=8).digest()
+    return int.from_bytes(digest, "big")
 
 
 def _sources(word: str) -> list[str]:

@@ -13,7 +13,10 @@ import notabug
 
 LIBRARIES = ("numpy", "scipy", "numba", "OpenImageIO", "usd-core", "flip-evaluator", "colour-science", "scikit-image")
 
+MADE_OF = (".py", ".usda")  # what scenes, models and the judge are written in
 
+
+@cache
 def library_versions() -> dict[str, str]:
     """Version by distribution name; "" where it is not installed."""
     return {name: _version(name) for name in LIBRARIES}
@@ -24,6 +27,7 @@ def tool() -> dict[str, Any]:
     return {
         "name": "notabug",
         "version": notabug.__version__,
+        "models": models_version(),
         "code": fingerprint("scenes_usd", "references", "adapters", "metrics"),
         "python": platform.python_version(),
         "platform": platform.platform(terse=True),
@@ -31,13 +35,20 @@ def tool() -> dict[str, Any]:
     }
 
 
+def models_version() -> str:
+    """What a verdict depends on besides the renderer, as ``0.1.0+hash``: scenes, models, our adapters and the judge."""
+    return (
+        f"{notabug.__version__}+{fingerprint('scenes_usd', 'references', 'adapters', 'metrics', suffixes=MADE_OF)[:8]}"
+    )
+
+
 @cache
-def fingerprint(*floors: str) -> str:
-    """A hash of the Python sources of ``floors``: a change of the judge's code must not be hidden by a resumed run."""
+def fingerprint(*floors: str, suffixes: tuple[str, ...] = (".py",)) -> str:
+    """A hash of the sources of ``floors``: a change of the judge's code must not be hidden by a resumed run."""
     state = hashlib.blake2b(digest_size=8)
     root = Path(notabug.__file__).parent
     for floor in floors:
-        for path in sorted((root / floor).rglob("*.py")):
+        for path in sorted(each for each in (root / floor).rglob("*") if each.suffix in suffixes):
             state.update(str(path.relative_to(root)).encode())
             state.update(path.read_bytes())
     return state.hexdigest()

@@ -6,8 +6,9 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
+from notabug.adapters.declared import decode_srgb
 from notabug.exit_codes import ExitCode
-from notabug.judging import declare, decode_srgb, one_variant
+from notabug.judging import declare, one_variant
 from notabug.metrics.why import explain_pixel
 from notabug.progress import console
 from notabug.scenes_usd.errors import SelectionError

@@ -5,21 +5,25 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import numba
 import numpy as np
+import numpy.typing as npt
 
 from notabug.references.models.model import Model
-from notabug.references.tracer.envelope import Envelope, Options, trace_envelope
+from notabug.references.tracer.envelope import Envelope, Options, trace_envelope, trace_picture
 from notabug.references.tracer.jit import cache_root, source_hash
+from notabug.scenes_usd import triangulate
 from notabug.scenes_usd.scene import Scene
 
-SOURCE_HASH = source_hash(Path(__file__).parent)
-CACHE_BYTES = 2 << 30  # the oldest envelopes go when the cache grows beyond this
+# What an envelope is computed by: the tracer, and the cutting of polygons into triangles.
+SOURCE_HASH = source_hash(Path(__file__).parent / "tracer") + source_hash(Path(triangulate.__file__).parent)
+CACHE_BYTES = 2 << 30  # the oldest files of a kind go when the cache has grown beyond this
+SWEEPS = ("00", "40", "80", "c0")  # beginnings of the names, one in 64, after which it is looked at
 
 
 def configured(scene: Scene, models: Iterable[Model]) -> tuple[Scene, Options]:
@@ -34,14 +38,11 @@ def configured(scene: Scene, models: Iterable[Model]) -> tuple[Scene, Options]:
 def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) -> Envelope:
     """The envelope of ``scene`` under ``models`` (none: the reference), from the cache where it is there.
 
-    The cache's key is the configured scene's contents, the switches, the source of everything below ``references`` and
-    the versions of numba and numpy; its values are float32 (relative error 6e-8, far below any tolerance).
+    The cache's key is the configured scene's contents, the switches, the sources that compute it and the versions of
+    numba and numpy; its values are float32 (relative error 6e-8, far below any tolerance).
     """
     configured_scene, options = configured(scene, models)
-    key = hashlib.blake2b(digest_size=16)
-    for part in (configured_scene.digest(), repr(options), SOURCE_HASH, numba.__version__, np.__version__):
-        key.update(part.encode())
-    path = cache_root() / "envelopes" / f"{key.hexdigest()}.npy"
+    path = _path(configured_scene, options, "envelopes")
     if cached and path.is_file():
         try:
             with path.open("rb") as stored:  # plain arrays one after the other: a zip would check their sums again
@@ -50,8 +51,29 @@ def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) 
             path.unlink(missing_ok=True)
     envelope = _stored_form(trace_envelope(configured_scene, options))
     if cached:
-        _keep(path, envelope)
+        _keep(path, list(envelope.arrays().values()))
     return envelope
+
+
+def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float32]:
+    """The picture (h, w, 3) at pixel centres of ``scene`` under ``models``, from the cache where it is there."""
+    configured_scene, options = configured(scene, models)
+    path = _path(configured_scene, options, "previews")
+    if path.is_file():
+        try:
+            return np.asarray(np.load(path), np.float32)
+        except (OSError, ValueError, EOFError):
+            path.unlink(missing_ok=True)
+    picture = trace_picture(configured_scene, options, threads=1).astype(np.float32)
+    _keep(path, [picture])
+    return picture
+
+
+def _path(scene: Scene, options: Options, kind: str) -> Path:
+    key = hashlib.blake2b(digest_size=16)
+    for part in (scene.digest(), repr(options), SOURCE_HASH, numba.__version__, np.__version__):
+        key.update(part.encode())
+    return cache_root() / kind / f"{key.hexdigest()}.npy"
 
 
 def _stored_form(envelope: Envelope) -> Envelope:
@@ -60,16 +82,18 @@ def _stored_form(envelope: Envelope) -> Envelope:
     return replace(envelope, **floats)
 
 
-def _keep(path: Path, envelope: Envelope) -> None:
+def _keep(path: Path, arrays: Sequence[npt.NDArray[Any]]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_suffix(f".{os.getpid()}.partial")  # a name that the sweep below, in any process, leaves alone
     try:
         with partial.open("wb") as stored:
-            for array in envelope.arrays().values():
+            for array in arrays:
                 np.save(stored, array)
         partial.replace(path)
     except OSError:  # a full disk costs time, not a verdict
         partial.unlink(missing_ok=True)
+        return
+    if not path.name.startswith(SWEEPS):  # looking at every file takes longer than drawing a small picture
         return
     kept = []
     for each in path.parent.glob("*.npy"):

@@ -1,8 +1,8 @@
 """The reference corpus: one EXR for every scene and variant, to look at, to publish, and to check this code against.
 
-The judge does not read it: it predicts afresh. ``verify`` is how a change of the tracer, of a library or of a machine
-that moves a reference is noticed. Values are half floats, the mean over each pixel's footprint; the header says from
-what they came, and nothing in the file depends on when or where it was written.
+The judge predicts afresh, and looks here only to recognise a picture of another scene. ``verify`` is how a change of
+the tracer, of a library or of a machine that moves a reference is noticed. Values are half floats, the mean over each
+pixel's footprint; the header says from what they came, and nothing in the file depends on when or where it was written.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import platform
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -89,6 +90,16 @@ def read(scene_id: str, variant: str = "") -> Picture:
             do=f"run `notabug references build {scene_id}{chosen}`",
         )
     return read_picture(path)
+
+
+def others(scene: Scene) -> Iterator[tuple[str, npt.NDArray[np.float32]]]:
+    """What is stored of other scenes, every variant of the size of ``scene``: (the scene's id, (h, w, 3))."""
+    for path in sorted(CORPUS.glob("*/*/*.exr")):
+        name = path.parent.relative_to(CORPUS).as_posix()
+        if name != scene.id:
+            pixels = read_picture(path).pixels
+            if pixels.shape[:2] == (scene.height, scene.width):
+                yield name, pixels
 
 
 def compute(scene: Scene) -> Halves:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.untrusted import check_scene
 
 CORPUS = Path(__file__).resolve().parent
 SUFFIXES = (".usda", ".usdc", ".usd", ".usdz")
@@ -32,6 +33,7 @@ def find(source: str | Path) -> Path:
     if path.suffix in SUFFIXES:
         if not path.is_file():
             raise SceneError("no such file", where=str(source), do="check the path")
+        check_scene(path.resolve())
         return path.resolve()
     corpus = CORPUS / f"{source}.usda"
     if isinstance(source, str) and len(path.parts) == 2 and ".." not in path.parts and corpus.is_file():

@@ -48,9 +48,7 @@ def read_camera(stage: Usd.Stage) -> tuple[Camera, int, int]:
         _positive(prim, name) for name in ("horizontalAperture", "verticalAperture", "focalLength")
     )
     horizontal, vertical = _conform(settings, horizontal, vertical, width / height)
-    near, far = (float(each) for each in value(prim, "clippingRange"))
-    if not (math.isfinite(far) and 0.0 < near < far):
-        raise fault(prim, "clippingRange", "out of range", expected="0 < near < far", got=f"({near:g}, {far:g})")
+    near, far = _range(prim)
 
     matrix = world_matrix(prim)
     linear = matrix[:3, :3]
@@ -78,6 +76,18 @@ def read_camera(stage: Usd.Stage) -> tuple[Camera, int, int]:
         far=far * scale,
     )
     return camera, width, height
+
+
+def _range(prim: Usd.Prim) -> tuple[float, float]:
+    """The near and the far plane."""
+    found = value(prim, "clippingRange")
+    try:
+        near, far = (float(each) for each in found)
+    except (TypeError, ValueError):
+        raise fault(prim, "clippingRange", "not a range", expected="two numbers", got=repr(found)) from None
+    if not (math.isfinite(far) and 0.0 < near < far):
+        raise fault(prim, "clippingRange", "out of range", expected="0 < near < far", got=f"({near:g}, {far:g})")
+    return near, far
 
 
 def _size(settings: Usd.Prim) -> tuple[int, int]:

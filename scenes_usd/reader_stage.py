@@ -16,12 +16,26 @@ from notabug.scenes_usd.reader_shading import Materials
 from notabug.scenes_usd.reader_texture import Textures
 from notabug.scenes_usd.reader_values import TIME, fault
 from notabug.scenes_usd.scene import Light, Mesh, Object, Scene
+from notabug.scenes_usd.untrusted import check_layers, is_trusted
 
 _DRAWN_AS_NOTHING = ("", "Xform", "Scope", "Camera")  # and whatever is registered but not imageable
 
 
 def read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
     """The scene in ``path`` under the choice ``variants``; sets left out keep the file's own selection."""
+    try:
+        return _read_stage(path, scene_id, variants)
+    except Tf.ErrorException as error:
+        raise SceneError("OpenUSD refuses it", where=str(path), got=" ".join(str(error).split())) from error
+    except (TypeError, ValueError, OverflowError) as error:  # a float where the schema has an array, and the like
+        raise SceneError(
+            "a value is not of its schema's type", where=str(path), got=str(error), do="try usdchecker"
+        ) from error
+
+
+def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
+    if not is_trusted(path):
+        check_layers(path)
     stage = _open(path)
     root = stage.GetDefaultPrim()
     if not root:
@@ -32,7 +46,7 @@ def read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
     card = read_card(root.GetCustomData(), str(root.GetPath()))
     camera, width, height = read_camera(stage)
 
-    textures = Textures()
+    textures = Textures(None if is_trusted(path) else path.parent)
     materials = Materials(textures)
     objects: list[Object] = []
     lights: list[Light] = []
@@ -72,6 +86,13 @@ def read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
         textures=tuple(textures.found),
         intent=intent,
     )
+
+
+def flattened(path: Path, variants: Mapping[str, str]) -> str:
+    """The stage as one layer's text, with ``variants`` chosen and every reference resolved; assets by absolute path."""
+    stage = _open(path)
+    _choose(stage, stage.GetDefaultPrim(), variants)
+    return str(stage.Flatten(False).ExportToString())
 
 
 def _open(path: Path) -> Usd.Stage:

@@ -13,6 +13,7 @@ from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.picture import Picture, PictureError, read_picture
 from notabug.scenes_usd.reader_values import TIME, fault
 from notabug.scenes_usd.scene import Floats, Texture
+from notabug.scenes_usd.untrusted import check_inside
 
 _INPUTS = {"file", "st", "wrapS", "wrapT", "sourceColorSpace", "scale", "bias", "fallback"}
 _IDENTITY = {"scale": (1.0, 1.0, 1.0, 1.0), "bias": (0.0, 0.0, 0.0, 0.0)}
@@ -21,9 +22,13 @@ Wrap = Literal["repeat", "clamp"]
 
 
 class Textures:
-    """The textures of a stage by first use: the same file read in the same way has one index."""
+    """The textures of a stage by first use: the same file read in the same way has one index.
 
-    def __init__(self) -> None:
+    Their files must be below ``root``, unless it is None.
+    """
+
+    def __init__(self, root: Path | None = None) -> None:
+        self.root = root
         self.found: list[Texture] = []
         self._index: dict[tuple[str, str, str, str], int] = {}
 
@@ -58,6 +63,9 @@ class Textures:
         if not name:
             got = f"@{asset.path}@" if asset is not None else "no path"
             raise fault(prim, "inputs:file", "no such texture file", got=got, do="paths are relative to their layer")
+        if self.root is not None:
+            outer = Ar.SplitPackageRelativePathOuter(name)[0] if Ar.IsPackageRelativePath(name) else name
+            check_inside(Path(outer), self.root, where=f"{prim.GetPath()}.inputs:file", got=f"@{asset.path}@")
         key = (name, wrap_s, wrap_t, space)
         if key not in self._index:
             self._index[key] = len(self.found)

@@ -8,6 +8,7 @@ by skipping.
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from typing import TypeVar
 
 import pytest
@@ -16,6 +17,17 @@ from notabug.adapters.base import Adapter, RendererMissingError
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.opengl import OpenGL
 from notabug.adapters.povray import PovRay
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _trust_our_own_scenes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Scenes that tests write are read at once; tests of the fences take this away again."""
+    os.environ["NOTABUG_TRUST"] = str(tmp_path_factory.getbasetemp())
+    yield
+    del os.environ["NOTABUG_TRUST"]
+
+
+pytest_plugins = ["pytester"]
 
 Installed = TypeVar("Installed", bound=Adapter)
 

@@ -10,6 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import jinja2
 from markupsafe import Markup
 
 from notabug.folders import write_text
@@ -58,7 +59,7 @@ class Row:
 def draw(out: Path, white: float = 1.0) -> Path:
     """Write ``out/report.html`` from ``out/run.json``; ``white`` is the radiance that the pictures show as white."""
     document = load(out)
-    results = [Result.from_dict(each) for each in document["results"]]
+    results = [Result.from_dict(each) for each in _results(document, out)]
     names = list(dict.fromkeys(each.renderer for each in results))
     rows: dict[tuple[str, str], Row] = {}
     for each in results:
@@ -66,21 +67,26 @@ def draw(out: Path, white: float = 1.0) -> Path:
         row.cells[each.renderer] = _cell(out, each, white)
         if not row.reference.address:
             row.reference = _picture(out, each.images.get("reference", ""), "reference", white)
-    page = (
-        environment()
-        .get_template("page.html")
-        .render(
-            css=Markup(_style()),  # noqa: S704 - our own file, not input
-            viewer=Markup(_asset("viewer.html")),  # noqa: S704
-            policy=_policy(),
-            document=document,
-            renderers=names,
-            rows=list(rows.values()),
-            counts=[(word, sum(each.verdict.word == word for each in results)) for word in STYLE],
-            summary=tally(each.verdict.word for each in results),
-            white=white,
+    try:
+        page = (
+            environment()
+            .get_template("page.html")
+            .render(
+                css=Markup(_style()),  # noqa: S704 - our own file, not input
+                viewer=Markup(_asset("viewer.html")),  # noqa: S704
+                policy=_policy(),
+                document=document,
+                renderers=names,
+                rows=list(rows.values()),
+                counts=[(word, sum(each.verdict.word == word for each in results)) for word in STYLE],
+                summary=tally(each.verdict.word for each in results),
+                white=white,
+            )
         )
-    )
+    except (jinja2.UndefinedError, TypeError, ValueError, AttributeError) as error:
+        raise NotabugError(
+            "the record lacks what the page shows", where=str(out / "run.json"), got=str(error)
+        ) from error
     target = out / "report.html"
     write_text(target, page)
     return target
@@ -99,6 +105,13 @@ def load(out: Path) -> dict[str, Any]:
         got = str(document.get("schema")) if isinstance(document, dict) else type(document).__name__
         raise NotabugError("not a run's record", where=str(path), expected=f"schema {SCHEMA}", got=got)
     return document
+
+
+def _results(document: dict[str, Any], out: Path) -> list[Any]:
+    found = document.get("results")
+    if not isinstance(found, list):
+        raise NotabugError("not a run's record", where=str(out / "run.json"), expected="a list of results")
+    return found
 
 
 def _cell(out: Path, result: Result, white: float) -> Cell:

@@ -3,27 +3,92 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
 
 from notabug.references.models.model import Model
-from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.scene import Mesh, Scene
 
-# The hit point's error is at most C * u * (|O| + t + |x|) in the renderer's precision; 8 covers a float32 intersection
-# (Haines 1989; Pharr, Jakob and Humphreys 2023, section 6.8).
+_PAPER = "Woo, Pearce and Ouellette 1996, Surface acne and figures 1 and 2"
+_EPSILON = "Haines 1989, in Glassner, An Introduction to Ray Tracing; Amanatides and Mitchell 1990"
+
+# The hit point's error is at most C * u * (|O| + t + |x|), u the roundoff of the renderer's precision; 8 covers the
+# terms of a float32 intersection (Pharr, Jakob and Humphreys 2023, section 6.8). Adapters state what was measured.
 C = 8.0
 ROUNDOFF = {"float32": 2.0**-24, "float64": 2.0**-53}
+CONSTANT = 1e-3  # an epsilon for scenes of about the size one; a tenth of it is too small from an offset of 1000 on
+LARGE = 0.05  # an epsilon of this share of the picture's width detaches every contact shadow
+MASKS = 3  # lights that are lost each by itself; of more lights all or one
 
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with lights and something to be hit."""
     if not scene.lights or not scene.objects:
         return
-    for precision, u in ROUNDOFF.items():
-        yield Model(
-            name="acne",
-            kind="limitation",
-            rule="set",
-            claim="the surface shadows itself where no reasonable epsilon prevents it",
-            cites="Woo, Pearce and Ouellette 1996, figures 1 and 2; Amanatides and Mitchell 1990",
-            options={"acne": True, "hit_error": C * u},
-            when=("precision", precision),
-        )
+    lost = _lost(len(scene.lights))
+    yield Model(
+        name="acne",
+        kind="limitation",
+        rule="set",
+        claim="the surface shadows itself where no reasonable epsilon prevents it",
+        cites=f"{_PAPER}; {_EPSILON}",
+        options={"acne": lost[0], "hit_error": C * ROUNDOFF["float32"]},
+        others=tuple({"acne": each, "hit_error": C * ROUNDOFF["float32"]} for each in lost[1:]),
+        grain=True,
+        declared=("hit_error",),
+    )
+    # a ray that is reflected or refracted at the wrong side of its own surface may see anything
+    bends = any(any(each.mirror) or any(each.transmission) or each.opacity < 1 for each in scene.materials)
+    yield Model(
+        name="no_epsilon",
+        kind="fault",
+        rule="any" if bends else "set",
+        claim="rays meet the surface that they start on, for want of an epsilon",
+        cites=f"{_PAPER}; {_EPSILON}",
+        options={"acne": lost[0], "hit_error": np.inf},
+        others=tuple({"acne": each, "hit_error": np.inf} for each in lost[1:]),
+        grain=True,
+        drawn={"start": "none"},
+    )
+    seen = width_of_view(scene)
+    yield Model(
+        name="epsilon_too_large",
+        kind="fault",
+        rule="set",
+        claim="an epsilon is so large that shadows do not reach what throws them, or are lost",
+        cites=f"{_PAPER}; {_EPSILON}",
+        options={"start": "absolute", "epsilon": LARGE * seen},
+    )
+    # one that is a pixel wide or more is drawn too large, else too small
+    drawn = CONSTANT if seen / scene.width < CONSTANT else CONSTANT / 10
+    short = {"start": "absolute", "epsilon": CONSTANT / 10, "hit_error": C * ROUNDOFF["float32"]}
+    yield Model(
+        name="epsilon_not_scaled",
+        kind="fault",
+        rule="set",
+        claim="one constant epsilon serves scenes of every size, offset and distance",
+        cites=f"{_PAPER}; {_EPSILON}; POV-Ray 3.7 passes over what a ray meets within .001",
+        options={"start": "absolute", "epsilon": CONSTANT},
+        others=tuple({**short, "acne": each} for each in lost),
+        declared=("hit_error",),
+        drawn={"start": "absolute", "epsilon": drawn},
+    )
+
+
+def _lost(lights: int) -> list[int]:
+    """Which lights a sample may lose, as bits: all of them, and then fewer."""
+    if lights > MASKS:
+        return [-1, *(1 << k for k in range(lights))]
+    return [-1, *range(1, 2**lights - 1)]
+
+
+def width_of_view(scene: Scene) -> float:
+    """How wide a stretch the picture shows, at the mean distance of the objects."""
+    centres: list[Any] = [
+        (each.points.min(axis=0) + each.points.max(axis=0)) / 2 if isinstance(each, Mesh) else each.to_world[3, :3]
+        for each in scene.objects
+    ]
+    axis = -scene.camera.to_world[2, :3]
+    distance = float(np.mean([(each - scene.camera.to_world[3, :3]) @ axis for each in centres]))
+    return 2.0 * scene.camera.tan_x * abs(distance)

@@ -2,30 +2,132 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from notabug.references.models.model import Model
-from notabug.scenes_usd.scene import Scene
+import numpy as np
+
+from notabug.references.models.model import Edit, Model, in_strengths
+from notabug.scenes_usd.scene import Light, Scene
 
 GAIN = 1.05
+_USD = "UsdLux: intensity, exposure and normalize"
 
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with lights."""
-    if scene.lights:
-        yield Model(
-            name="light_gain",
-            kind="fault",
-            claim="every light is too bright or too dark by one factor",
-            cites="UsdLux: intensity, exposure and normalize",
-            edit=_brighter,
+    if not scene.lights:
+        return
+    yield in_strengths(
+        lambda strength: _fault(
+            "light_gain",
+            f"every light is {strength:.4g} times as bright",
+            _every(lambda each: brighter(each, strength)),
+        ),
+        GAIN,
+        neutral=1.0,
+    )
+    for channel, name in enumerate(("red", "green", "blue")):
+        yield in_strengths(
+            lambda strength, channel=channel, name=name: _fault(  # type: ignore[misc]
+                "light_colour", f"{name} light is {strength:.3g} times as bright", _every(_tinted(channel, strength))
+            ),
+            GAIN,
+            neutral=1.0,
         )
+    for index, light in enumerate(scene.lights):
+        for axis in range(3):
+            yield in_strengths(
+                lambda strength, index=index, axis=axis, light=light: _fault(  # type: ignore[misc]
+                    "light_moved",
+                    f"{light.path} is off along {'xyz'[axis]} by {strength:.3g} of its distance",
+                    _one(index, moved(scene, axis, strength)),
+                ),
+                0.02,
+            )
+        if len(scene.lights) > 1:
+            yield _fault("light_missing", f"{light.path} is missing", _dropped(index))
+    yield _fault("light_up_axis", "lights are placed with y and z exchanged", _every(_turned))
+    if any(each.kind == "point" for each in scene.lights):
+        for falloff, what in (("linear", "the distance"), ("none", "nothing")):
+            yield Model(
+                name=f"falloff_{falloff}",
+                kind="fault",
+                claim=f"the light of a point is divided by {what}, not by the squared distance",
+                cites="UsdLux: inverse square",
+                options={"falloff": falloff},
+            )
+        yield Model(
+            name="shadow_ray_unbounded",
+            kind="fault",
+            claim="shadow rays go on behind the light",
+            cites="Whitted 1980, section 2",
+            options={"shadow_rays": "unbounded"},
+        )
+    yield Model(
+        name="shadow_ray_culled",
+        kind="fault",
+        claim="shadow rays pass through faces that they meet from behind",
+        cites="Whitted 1980, section 2",
+        options={"shadow_rays": "culled"},
+    )
 
 
-def _brighter(scene: Scene) -> Scene:
-    def one(intensity: tuple[float, float, float]) -> tuple[float, float, float]:
-        r, g, b = intensity
-        return (r * GAIN, g * GAIN, b * GAIN)
+def _fault(name: str, claim: str, edit: Edit) -> Model:
+    return Model(name=name, kind="fault", claim=claim, cites=_USD, edit=edit)
 
-    return replace(scene, lights=tuple(replace(each, intensity=one(each.intensity)) for each in scene.lights))
+
+def _every(change: Callable[[Light], Light]) -> Edit:
+    return lambda scene: replace(scene, lights=tuple(change(each) for each in scene.lights))
+
+
+def _one(index: int, change: Callable[[Light], Light]) -> Edit:
+    return lambda scene: replace(
+        scene, lights=tuple(change(each) if i == index else each for i, each in enumerate(scene.lights))
+    )
+
+
+def _dropped(index: int) -> Edit:
+    return lambda scene: replace(scene, lights=scene.lights[:index] + scene.lights[index + 1 :])
+
+
+def brighter(light: Light, factor: float) -> Light:
+    """``light`` with ``factor`` times its intensity."""
+    r, g, b = light.intensity
+    return replace(light, intensity=(r * factor, g * factor, b * factor))
+
+
+def _tinted(channel: int, factor: float) -> Callable[[Light], Light]:
+    def change(light: Light) -> Light:
+        r, g, b = (each * (factor if k == channel else 1.0) for k, each in enumerate(light.intensity))
+        return replace(light, intensity=(r, g, b))
+
+    return change
+
+
+def moved(scene: Scene, axis: int, share: float) -> Callable[[Light], Light]:
+    """A light moved along an axis by ``share`` of its distance from the middle of what it lights (distant: turned)."""
+    points = [each.points.mean(axis=0) for each in scene.meshes] + [each.to_world[3, :3] for each in scene.spheres]
+    middle = np.mean(points, axis=0) if points else np.zeros(3)
+
+    def change(light: Light) -> Light:
+        step = np.eye(3)[axis] * share
+        if light.kind == "distant":
+            direction = np.array(light.direction) - step
+            return replace(light, direction=_tuple(direction / np.linalg.norm(direction)))
+        position = np.array(light.position)
+        return replace(light, position=_tuple(position + step * np.linalg.norm(position - middle)))
+
+    return change
+
+
+def _turned(light: Light) -> Light:
+    def turned(v: tuple[float, float, float]) -> tuple[float, float, float]:
+        return (v[0], v[2], -v[1])
+
+    return replace(light, position=turned(light.position), direction=turned(light.direction))
+
+
+def _tuple(values: object) -> tuple[float, float, float]:
+    x, y, z = np.asarray(values, float)
+    return float(x), float(y), float(z)

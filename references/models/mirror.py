@@ -21,6 +21,13 @@ def models(scene: Scene) -> Iterator[Model]:
         cites=_PAPER,
         options={"retroreflection": True},
     )
+    yield Model(
+        name="mirror_handedness",
+        kind="fault",
+        claim="the picture in a mirror is not reversed: the reflected ray has one tangent with the wrong sign",
+        cites=_PAPER,
+        options={"unreversed": True},
+    )
     if any(any(each.specular) for each in scene.materials):
         yield Model(
             name="primary_view_vector",

@@ -29,12 +29,20 @@ class Model:
     kind : ``limitation`` (a legitimate approximation), ``convention`` (a choice where renderers legitimately differ),
         ``fault`` (a coding error).
     rule : what a limitation admits: ``choice`` all or nothing for a whole object, ``partial`` any value between
-        reference and limited picture, ``set`` a mixture of listed values. Faults are ``choice``.
+        reference and limited picture, ``set`` a mixture of listed values. Faults are ``choice``, ``set``, or ``any``:
+        whatever it is that a picture shows where the model differs from the reference.
     claim : what happens, in one sentence.
     cites : where it is described.
     edit : how the scene is changed before it is rendered; sees ``Scene.intent`` still in place.
     options : switches of the tracer (fields of ``Options``).
     others : switches of further values that a sample may take under the rule ``set``, besides ``options``.
+    grain : what it admits under ``set`` or ``any`` changes from pixel to pixel: dots, not blots.
+    declared : options that are taken from an adapter's declaration, from the fields of the same names.
+    drawn : switches by which the in-house renderer draws a fault, where they are not ``options``.
+    at : the same fault at another strength, for faults that come in all strengths; ``strength`` is this model's, and
+        0 (or 1, where ``neutral`` is 1: a factor) would be no fault.
+    local : a fault that may hit some parts of the scene and spare others, so that a picture of it takes this model's
+        value at some pixels and the reference's at the others.
     when : (field, value) of an adapter's declaration without which the model is not considered; None: always.
     """
 
@@ -42,11 +50,30 @@ class Model:
     kind: Literal["limitation", "convention", "fault"]
     claim: str
     cites: str
-    rule: Literal["choice", "partial", "set"] = "choice"
+    rule: Literal["choice", "partial", "set", "any"] = "choice"
     edit: Edit = unchanged
     options: Mapping[str, Any] = field(default_factory=dict)
     others: tuple[Mapping[str, Any], ...] = ()
     when: tuple[str, str] | None = None
+    grain: bool = False
+    declared: tuple[str, ...] = ()
+    drawn: Mapping[str, Any] | None = None
+    at: Callable[[float], Model] | None = None
+    strength: float = 0.0
+    neutral: float = 0.0
+    local: bool = False
+
+    def under(self, declaration: object) -> Model:
+        """This model with the numbers that ``declaration`` states."""
+        stated = {name: getattr(declaration, name) for name in self.declared}
+        if not stated:
+            return self
+        others = tuple({**each, **stated} for each in self.others)
+        return replace(self, options={**self.options, **stated}, others=others)
+
+    def as_drawn(self) -> Model:
+        """This model as the in-house renderer draws it."""
+        return self if self.drawn is None else replace(self, options=self.drawn)
 
     def values(self) -> tuple[Model, ...]:
         """One model for each value that a sample may take under the rule ``set``."""
@@ -55,6 +82,11 @@ class Model:
             for index, options in enumerate(self.others, 2)
         )
         return (self, *more)
+
+
+def in_strengths(at: Callable[[float], Model], strength: float, neutral: float = 0.0) -> Model:
+    """The fault that ``at`` makes, at ``strength``; it can be made at others."""
+    return replace(at(strength), at=at, strength=strength, neutral=neutral)
 
 
 def edit_meshes(scene: Scene, edit: Callable[[Mesh], Mesh]) -> Scene:

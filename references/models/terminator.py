@@ -1,4 +1,4 @@
-"""The terminator problem: planar facets that stand for a smooth surface and shadow it."""
+"""The terminator problem: planar facets that shadow, reflect and refract in the place of a smooth surface."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ _PAPER = "Woo, Pearce and Ouellette 1996, table 1 and figure 3"
 
 
 def models(scene: Scene) -> Iterator[Model]:
-    """Models of a scene with lights, or with interpolated normals and lights."""
+    """Models of a scene with lights, or with interpolated normals and lights, mirrors or glass."""
+    yield from _secondary(scene)
     if not scene.lights:
         return
     yield Model(
@@ -55,3 +56,24 @@ def models(scene: Scene) -> Iterator[Model]:
         cites="Phong 1975",
         options={"normals": "raw"},
     )
+
+
+def _secondary(scene: Scene) -> Iterator[Model]:
+    """Reflection and refraction at smooth meshes, which the problem extends to."""
+    smooth = [scene.materials[each.material] for each in scene.meshes if each.normals is not None]
+    if any(any(each.mirror) or any(each.transmission) for each in smooth):
+        yield Model(
+            name="facet_self_reflection",
+            kind="limitation",
+            claim="rays reflected above the smooth surface run into the flat facets that stand for it",
+            cites=_PAPER,
+            options={"self_reflection": True},
+        )
+    if any(any(each.transmission) for each in smooth):
+        yield Model(
+            name="facet_self_refraction",
+            kind="limitation",
+            claim="rays refracted through the smooth surface have not passed its flat facets and meet the next ones",
+            cites=_PAPER,
+            options={"self_refraction": True},
+        )

@@ -1,4 +1,4 @@
-"""Naive texture interpolation: uv that are linear in triangles where the polygon means a bilinear patch."""
+"""Naive interpolation: uv and normals that are linear in triangles where the polygon means a bilinear patch."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import get_args
 
 import numpy as np
 
-from notabug.references.models.model import Edit, Model, edit_meshes
+from notabug.references.models.model import Edit, Model, edit_meshes, in_strengths
 from notabug.scenes_usd.scene import Floats, Mesh, Scene
 from notabug.scenes_usd.triangulate import Diagonal, split_ngons, triangulate
 
@@ -16,11 +16,9 @@ _PAPER = "Woo, Pearce and Ouellette 1996, figures 10 and 11"
 
 
 def models(scene: Scene) -> Iterator[Model]:
-    """Models of a scene with textured meshes."""
+    """Models of a scene with n-gons, or with textured meshes."""
     textured = [each for each in _drawn(scene) if each.uv is not None and scene.materials[each.material].texture >= 0]
-    if not textured:
-        return
-    if scene.intent is not None:
+    if textured and scene.intent is not None:
         diagonal = _diagonal_of(scene, scene.intent)
         yield Model(
             name=f"quad_split_{diagonal}" if diagonal else "coarse_uv",
@@ -31,16 +29,18 @@ def models(scene: Scene) -> Iterator[Model]:
             cites=_PAPER,
             edit=lambda scene: replace(scene, intent=None),
         )
-    elif any(_bends(each) for each in textured):
+    elif any(_bends(each, each.uv) for each in textured) or any(_bends(each, each.normals) for each in scene.meshes):
         for each in get_args(Diagonal):
             yield Model(
                 name=f"quad_split_{each}",
                 kind="limitation",
-                claim=f"uv are linear in two triangles, cut along corners {each[0]} and {each[1]}",
+                claim=f"uv and normals are linear in two triangles, cut along corners {each[0]} and {each[1]}",
                 cites=_PAPER,
                 edit=_splitter(each),
                 when=("ngon_split", each),
             )
+    if not textured:
+        return
     yield Model(
         name="affine_uv",
         kind="fault",
@@ -63,30 +63,35 @@ def models(scene: Scene) -> Iterator[Model]:
         cites="USD: st (0, 0) is the bottom left corner of the picture",
         edit=_uv(lambda uv, _: uv * np.array([1.0, -1.0]) + np.array([0.0, 1.0])),
     )
-    yield Model(
-        name="shifted_uv",
-        kind="fault",
-        claim="uv are off by one texel in u",
-        cites=_PAPER,
-        edit=_uv(lambda uv, width: uv + np.array([1.0 / width, 0.0])),
-    )
+    for axis in range(2):
+        yield in_strengths(
+            lambda strength, axis=axis: Model(  # type: ignore[misc]
+                name="shifted_uv",
+                kind="fault",
+                claim=f"uv are off by {strength:.3g} texels in {'uv'[axis]}",
+                cites=_PAPER,
+                edit=_uv(lambda uv, width: uv + np.eye(2)[axis] * strength / width),
+            ),
+            1.0,
+        )
 
 
 def _drawn(scene: Scene) -> list[Mesh]:
     return [*scene.meshes, *([scene.intent] if scene.intent else [])]
 
 
-def _bends(mesh: Mesh) -> bool:
-    """Whether cutting the mesh's n-gons moves any uv: not where uv are affine, as on a rectangle."""
-    assert mesh.uv is not None
-    p, uv = mesh.points[mesh.corners], mesh.uv
+def _bends(mesh: Mesh, values: Floats | None) -> bool:
+    """Whether cutting the mesh's n-gons moves the corners' ``values``: not where they are affine, as on a rectangle."""
+    if values is None:
+        return False
+    p = mesh.points[mesh.corners]
     start = 0
     for count in mesh.counts:
         if count > 3:
             corners = slice(start, start + int(count))
-            plane = np.hstack([p[corners], np.ones((int(count), 1))])
-            fitted = plane @ np.linalg.lstsq(plane, uv[corners], rcond=None)[0]
-            if float(np.abs(fitted - uv[corners]).max()) > 1e-6:
+            plane = np.hstack([p[corners] - p[start], np.ones((int(count), 1))])
+            fitted = plane @ np.linalg.lstsq(plane, values[corners], rcond=None)[0]
+            if float(np.abs(fitted - values[corners]).max()) > 1e-6:
                 return True
         start += int(count)
     return False

@@ -47,3 +47,11 @@ def models(scene: Scene) -> Iterator[Model]:
             options={"whole_reflection": True},
             when=("total_reflection", "whole"),
         )
+        yield Model(
+            name="glass_counted",
+            kind="convention",
+            claim="whether a ray enters glass or leaves it is counted, not taken from the side of the facet it meets",
+            cites="POV-Ray 3.7: a ray keeps a list of the interiors that it is in",
+            options={"counted_glass": True},
+            when=("glass_side", "counted"),
+        )

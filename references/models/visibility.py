@@ -4,36 +4,84 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from notabug.references.models.model import Model
-from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.triangulate import triangulate
 
 _PAPER = "Woo, Pearce and Ouellette 1996, figure 9"
 
 # What cannot be told apart along a ray, relative to distance and size: a few roundings of a float32 intersection, or of
 # the float32 points that renderers with double arithmetic store too.
 FLOAT = {"float32": 16 * 2.0**-24, "float64": 4 * 2.0**-24}
-BITS = {"fixed16": 16, "fixed24": 24}
+BITS = {"fixed16": 16, "fixed24": 24, "float32": 24}
+STEPS = 4.0  # of a fixed-point depth buffer; so near surfaces may swap
+# Depths in [0, 1] are computed in float32 before they are stored: measured, OpenGL's are off by up to 7 of these. A
+# float32 buffer with near at 0 rounds most depths so too.
+ARITHMETIC = 8.0 * 2.0**-24
+FAR_ABOVE = 5e-4  # of distance and size: 500 times what float32 cannot tell apart
 
 
 def models(scene: Scene) -> Iterator[Model]:
-    """Models of a scene with more than one object."""
-    if len(scene.objects) < 2:
+    """Models of a scene with more than one object, or with a mesh that is folded over itself."""
+    if len(scene.objects) < 2 and not any(_folded(each) for each in scene.meshes):
         return
+    yield Model(
+        name="another_wins",
+        kind="convention",
+        claim="of surfaces that coincide up to the rounding of their points another one than the scene's first wins",
+        cites=_PAPER,
+        options={"ties": "another"},
+        when=("coincident", "another"),
+    )
     for precision, resolution in FLOAT.items():
-        yield _fight("precision", precision, {"resolution": resolution})
+        yield _fight(f"ray_{precision}", {"resolution": resolution})
     near, far = scene.camera.near, scene.camera.far
     for depth, bits in BITS.items():
-        # a step of a fixed-point depth buffer at the depth z is z^2 (1/n - 1/f) / 2^b; a few of them may swap
-        step = 4.0 * (1.0 / near - 1.0 / far) / 2.0**bits
-        yield _fight("depth", depth, {"resolution": FLOAT["float32"], "near_resolution": step})
-    # float32 with near at 0 rounds depths close to 1 to 2^-24, as 24 fixed bits do; with near at 1 the rounding shrinks
-    # with the depth, to 2^-24 of it
-    step = 4.0 * (1.0 / near - 1.0 / far) / 2.0**24
-    yield _fight("depth", "float32", {"resolution": FLOAT["float32"], "near_resolution": step})
-    yield _fight("depth", "reversed32", {"resolution": 2 * FLOAT["float32"]})
+        # a step of a fixed-point depth buffer at the depth z is z^2 (1/n - 1/f) / 2^b
+        step = max(STEPS * 2.0**-bits, ARITHMETIC) * (1.0 / near - 1.0 / far)
+        yield _fight(f"depth_{depth}", {"resolution": FLOAT["float32"], "near_resolution": step})
+    # with near at 1 the rounding shrinks with the depth, to 2^-24 of it
+    yield _fight("depth_reversed32", {"resolution": 2 * FLOAT["float32"]})
+    yield Model(
+        name="colour_of_neither",
+        kind="fault",
+        rule="any",
+        claim="where surfaces coincide the picture has the colour of none of them",
+        cites=_PAPER,
+        options={"ties": "blend", "resolution": FLOAT["float32"]},
+    )
+    yield Model(
+        name="hole",
+        kind="fault",
+        rule="set",
+        claim="where surfaces coincide neither is seen, but what is behind all surfaces",
+        cites=_PAPER,
+        options={"ties": "hole", "resolution": FLOAT["float32"]},
+    )
+    yield Model(
+        name="loser_wins",
+        kind="fault",
+        rule="set",
+        claim="a surface is seen that lies behind another by far more than any renderer fails to resolve",
+        cites=_PAPER,
+        options={"ties": "another", "resolution": FAR_ABOVE},
+    )
 
 
-def _fight(field: str, value: str, resolution: dict[str, float]) -> Model:
+def _folded(mesh: Mesh) -> bool:
+    """Whether a face is turned against the normals of its corners, so that it lies over or under others."""
+    if mesh.normals is None:
+        return False
+    cut = triangulate(mesh)
+    facet = np.cross(cut.points[:, 1] - cut.points[:, 0], cut.points[:, 2] - cut.points[:, 0])
+    return bool((np.einsum("tkx,tx->tk", mesh.normals[cut.corner], facet) < 0).all(axis=1).any())
+
+
+def _fight(resolves: str, resolution: dict[str, float]) -> Model:
+    # a depth buffer alone casts no shadows: where a ball's back wins over its front it is not in the ball's shadow
+    seen = {"shadows": "none"} if resolves.startswith("depth") else {}
     return Model(
         name="coincident_surfaces",
         kind="limitation",
@@ -41,6 +89,6 @@ def _fight(field: str, value: str, resolution: dict[str, float]) -> Model:
         claim="of surfaces that coincide within the renderer's resolution another one wins from pixel to pixel",
         cites=_PAPER,
         options={"ties": "another", **resolution},
-        others=({"ties": "unlit", **resolution},),
-        when=(field, value),
+        others=({"ties": "unlit", **resolution}, {"ties": "next", **resolution, **seen}),
+        when=("resolves", resolves),
     )

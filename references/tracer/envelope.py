@@ -31,15 +31,32 @@ class Options:
     mirrored_highlight : a highlight seen in a mirror uses the view vector of the mirror ray, its ``own``, of the
         ``primary`` ray, or is ``lost``.
     retroreflection : a mirror ray goes back where it came from.
+    unreversed : left and right are exchanged in what a mirror shows, y being up.
     transparent_shadows : a surface with opacity ``attenuate``s a shadow ray by 1 - opacity and glass blocks it, both
         are ``opaque``, or glass lets all light through, ``free``, or its share of it, ``glass``.
     whole_reflection : total internal reflection sends on all of the light, whatever mirror and transmission are.
     ties : of surfaces that float32 points cannot tell apart the ``nearest`` by rounding wins, or the ``first`` in the
-        scene; or of those within ``resolution`` of it ``another`` one; or the first, and it is ``unlit`` where there is
-        another. Unless the nearest wins, coincident surfaces do not shadow each other.
+        scene; or of those within ``resolution`` of it ``another`` one, the first in the scene or the ``next`` along the
+        ray; or the first, and it is ``unlit`` where there is another. Unless the nearest wins, coincident surfaces do
+        not shadow each other.
     resolution, near_resolution : what a renderer cannot tell apart along a ray: the first times distance and size, plus
         the second times the squared distance (a depth buffer's).
-    acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``.
+        Two faults: coincident surfaces have their ``blend``, or there is a ``hole``.
+    self_reflection, self_refraction : a mirror or refracted ray that leaves the smooth surface but runs beneath its own
+        facet meets the facets beside it, instead of passing them.
+    counted_glass : whether a ray enters glass or leaves it follows from how often it has passed a surface of it, not
+        from the side of the facet that it meets.
+    gouraud : a smooth mesh is lit, and shadowed, at the corners of its triangles, and the colours are interpolated.
+    falloff : a point light's irradiance falls with the ``square`` of the distance, with the distance (``linear``) or
+        not at all (``none``).
+    shadow_rays : end at the light, are ``unbounded``, or pass through faces that they meet from behind (``culled``).
+    lost_reflection : total internal reflection sends on nothing.
+    acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``, or
+        where an ``absolute`` epsilon is too small for it: one bit for each light, -1 for all.
+    start : how a ray leaves a surface: see start.py. ``epsilon`` is the length of ``absolute``, and what ``relative``
+        multiplies with coordinates and distance.
+    refine : the ray is shot back at the facet's plane to correct the hit (Woo, Pearce and Ouellette 1996).
+    offset : shadow rays of smooth meshes start this many sagittas outside the facet (Snyder and Barr 1987).
     """
 
     shadows: Literal["forgiving", "facets", "none"] = "forgiving"
@@ -50,13 +67,25 @@ class Options:
     uncut: bool = False
     mirrored_highlight: Literal["own", "primary", "lost"] = "own"
     retroreflection: bool = False
+    unreversed: bool = False
     transparent_shadows: Literal["attenuate", "opaque", "free", "glass"] = "attenuate"
-    ties: Literal["nearest", "first", "another", "unlit"] = "first"
+    ties: Literal["nearest", "first", "another", "unlit", "blend", "hole", "next"] = "first"
     resolution: float = 0.0
     near_resolution: float = 0.0
     whole_reflection: bool = False
-    acne: bool = False
+    self_reflection: bool = False
+    self_refraction: bool = False
+    counted_glass: bool = False
+    gouraud: bool = False
+    falloff: Literal["square", "linear", "none"] = "square"
+    shadow_rays: Literal["bounded", "unbounded", "culled"] = "bounded"
+    lost_reflection: bool = False
+    acne: int = 0
     hit_error: float = 0.0
+    start: Literal["exact", "none", "absolute", "relative", "error_bound"] = "exact"
+    epsilon: float = 0.0
+    refine: bool = False
+    offset: float = 0.0
 
     def encoded(self) -> npt.NDArray[np.int64]:
         """The switches in the order of the columns in render.py."""
@@ -69,17 +98,26 @@ class Options:
                 int(self.raw_vectors),
                 int(self.uncut),
                 ("own", "primary", "lost").index(self.mirrored_highlight),
-                int(self.retroreflection),
+                2 if self.unreversed else int(self.retroreflection),
                 ("attenuate", "opaque", "free", "glass").index(self.transparent_shadows),
-                ("nearest", "first", "another", "unlit").index(self.ties),
-                int(self.acne),
+                ("nearest", "first", "another", "unlit", "blend", "hole", "next").index(self.ties),
+                self.acne,
                 int(self.whole_reflection),
+                int(self.self_reflection),
+                int(self.self_refraction),
+                int(self.counted_glass),
+                int(self.gouraud),
+                ("exact", "none", "absolute", "relative", "error_bound").index(self.start),
+                int(self.refine),
+                ("square", "linear", "none").index(self.falloff),
+                ("bounded", "unbounded", "culled").index(self.shadow_rays),
+                int(self.lost_reflection),
             ]
         )
 
     def numbers(self) -> Floats:
         """The real parameters in the order of the columns in render.py."""
-        return np.array([self.resolution, self.near_resolution, self.hit_error])
+        return np.array([self.resolution, self.near_resolution, self.hit_error, self.epsilon, self.offset])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,8 +177,8 @@ def _pass(
     """Render ``pixels`` with all threads; every pixel is computed alike whatever their number."""
     threads = threads or os.cpu_count() or 1
     option, number = options.encoded(), options.numbers()
-    if len(scene.objects) < 2:
-        option[kernels.TIE] = 0  # nothing can coincide
+    if len(scene.objects) < 2 and options.ties == "first":
+        option[kernels.TIE] = 0  # there is no other object to be first
 
     def work(part: npt.NDArray[np.int64]) -> None:
         kernels.render_pixels(

@@ -138,21 +138,23 @@ def _light(
     if light[0] == 0:
         to = light[1:4] - at
         distance = float(np.linalg.norm(to))
-        to, falloff = to / distance, 1.0 / distance**2
+        to, falloff = to / distance, {"square": distance**-2, "linear": 1.0 / distance, "none": 1.0}[options.falloff]
     else:
         to, distance, falloff = -light[1:4], math.inf, 1.0
     cosine = float(normal @ to)
     start = 32 * np.finfo(float).eps * float(flat.radius + np.abs(at).sum())
+    end = math.inf if options.shadow_rays == "unbounded" else distance
     share, spared, blocker, blocked_at = 1.0, False, "", math.inf
     leaves = ball if facet @ to > 0 else -1
     if options.shadows != "none" and cosine > 0:
         share, spared = transmittance(
-            flat, flat.spheres, flat.secondary, *at, *to, start, distance, triangle, leaves,
-            options.shadows == "forgiving", side, cosine, options.encoded()[TRANSPARENT], stack,
+            flat, flat.spheres, flat.secondary, *at, *to, start, end, triangle, leaves, True,
+            int(options.shadows == "forgiving"), side, cosine, options.encoded()[TRANSPARENT],
+            options.shadow_rays == "culled", stack,
         )  # fmt: skip
         arrays = (flat.bounds, flat.child, flat.size, flat.points, flat.face)
         face = flat.face[triangle] if triangle >= 0 else -1
-        i, blocked_at, *_ = closest(*arrays, *at, *to, start, distance, face, stack)
+        i, blocked_at, *_ = closest(*arrays, *at, *to, start, end, face, stack)
         blocker = scene.objects[flat.object[i]].path if i >= 0 else ""
         if flat.spheres is not None:
             j, ts = closest_sphere(flat.spheres, *at, *to, start, blocked_at, leaves)

@@ -8,15 +8,39 @@ import numpy as np
 
 from notabug.references.tracer.bvh import STACK
 from notabug.references.tracer.jit import kernel
-from notabug.references.tracer.shade import albedo, corner_weights, highlight, screen_weights
-from notabug.references.tracer.traverse import closest, closest_sphere, rival, transmittance
+from notabug.references.tracer.shade import albedo, corner, corner_weights, highlight, screen_weights
+from notabug.references.tracer.start import ABSOLUTE, ERROR_BOUND, bounded, clearance
+from notabug.references.tracer.traverse import closest, closest_sphere, excused, rises, rival, transmittance
 
 # Columns of the options array: see Options in envelope.py.
-SHADOWS, NORMALS, SILHOUETTE, AFFINE, RAW_VECTORS, UNCUT, MIRRORED, RETRO, TRANSPARENT, TIE, ACNE, WHOLE = range(12)
+(
+    SHADOWS,
+    NORMALS,
+    SILHOUETTE,
+    AFFINE,
+    RAW_VECTORS,
+    UNCUT,
+    MIRRORED,
+    RETRO,
+    TRANSPARENT,
+    TIE,
+    ACNE,
+    WHOLE,
+    SELF_REFLECTION,
+    SELF_REFRACTION,
+    COUNTED,
+    GOURAUD,
+    START,
+    REFINE,
+    FALLOFF,
+    SHADOW_RAYS,
+    LOST,
+) = range(21)
 # Columns of the numbers array.
-RESOLUTION, NEAR_RESOLUTION, HIT_ERROR = range(3)
+RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET = range(5)
 EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
 BOUNCES = 8
+RAY = 15  # columns of a ray that waits: see radiance
 PENDING = 64  # rays that may wait in the recursion's stack: three a hit, one of them followed at once
 PASSAGES = 64  # straight passages through opacity a path may have; they are no bounces
 
@@ -59,7 +83,7 @@ def radiance(
 
     ``id`` tells apart what must not be mixed: the object, the lights that are blocked and, on flat facets, the
     normal; 0 is the background. ``forgiven`` is True where the first hit was spared facet self-shadow. ``stack`` and
-    ``rays`` (PENDING, 12) are work space.
+    ``rays`` (PENDING, RAY) are work space.
     """
     zero, one = type(dx)(0), type(dx)(1)
     r, g, b = zero, zero, zero
@@ -69,6 +93,7 @@ def radiance(
     rays[0, 3], rays[0, 4], rays[0, 5] = dx, dy, dz
     rays[0, 6], rays[0, 7], rays[0, 8] = one, one, one
     rays[0, 9], rays[0, 10], rays[0, 11] = zero, -one, -one  # depth, face and sphere that the ray leaves
+    rays[0, 12], rays[0, 13], rays[0, 14] = zero, -one, -one  # N'.D, triangle that it leaves beneath, glass it is in
     wx, wy, wz = -dx, -dy, -dz
     pending = 1
     unit = type(dx)(1.1920929e-07 if flat.points.itemsize == 4 else 2.220446049250313e-16)
@@ -79,11 +104,26 @@ def radiance(
         dx, dy, dz = rays[pending, 3], rays[pending, 4], rays[pending, 5]
         wr, wg, wb = rays[pending, 6], rays[pending, 7], rays[pending, 8]
         generation, skip, skip_sphere = int(rays[pending, 9]), int(rays[pending, 10]), int(rays[pending, 11])
+        slope, beneath, inside = rays[pending, 12], int(rays[pending, 13]), int(rays[pending, 14])
         depth = generation // PASSAGES
-        tmin = near if generation == 0 else type(dx)(32) * unit * (flat.radius + abs(ox) + abs(oy) + abs(oz))
+        tmin = near
+        if generation:
+            tmin = clearance(flat, option[START], number[EPSILON], unit, ox, oy, oz)
+        if option[START]:
+            skip, skip_sphere = -1, -1
         i, t, b0, b1, b2 = closest(
             flat.bounds, flat.child, flat.size, flat.points, flat.face, ox, oy, oz, dx, dy, dz, tmin, far, skip, stack
         )
+        while beneath >= 0 and i >= 0 and flat.object[i] == flat.object[beneath]:
+            # beneath its own facet, above the smooth surface: what the ray meets there is no surface
+            turn = one if rises(flat, beneath, dx, dy, dz) <= 0 else -one
+            if not excused(flat, i, b0, b1, b2, t, dx, dy, dz, turn, slope, flat.sagitta[beneath]):
+                break
+            tmin, skip = t, flat.face[i]
+            i, t, b0, b1, b2 = closest(
+                flat.bounds, flat.child, flat.size, flat.points, flat.face, ox, oy, oz, dx, dy, dz, tmin, far, skip,
+                stack,
+            )  # fmt: skip
         ball = -1
         if spheres is not None:
             ball, ts = closest_sphere(spheres, ox, oy, oz, dx, dy, dz, tmin, t, skip_sphere)
@@ -91,13 +131,14 @@ def radiance(
                 i, t = -1, ts
         if i < 0 and ball < 0:
             continue
-        unlit = False
+        unlit, blend = False, -1
         extent = flat.radius * type(dx)(EXACT) + type(dx)(32) * unit * t
+        between = extent
         if option[TIE] > 0:
             # of coincident surfaces the first of the scene wins; within the renderer's resolution another one may
             found = spheres.object[ball] if ball >= 0 and spheres is not None else flat.object[i]
             triangle, sphere, along, a0, a1, a2, winner = rival(
-                flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, False, stack
+                flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, -1, 0, stack
             )
             if winner >= 0 and winner != found:
                 i, ball, t, b0, b1, b2, found = triangle, sphere, along, a0, a1, a2, winner
@@ -106,10 +147,16 @@ def radiance(
                 extent += type(dx)(number[RESOLUTION]) * (t + flat.radius + abs(ox) + abs(oy) + abs(oz))
                 extent += type(dx)(number[NEAR_RESOLUTION]) * axial * t
                 triangle, sphere, along, a0, a1, a2, winner = rival(
-                    flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found, True, stack
-                )
+                    flat, spheres, ox, oy, oz, dx, dy, dz, t - extent, t + extent, found,
+                    flat.face[i] if i >= 0 else -1, 2 if option[TIE] == 6 else 1, stack,
+                )  # fmt: skip
                 if winner >= 0:
-                    if option[TIE] == 2:
+                    between = max(between, abs(along - t))
+                    if option[TIE] == 5:  # a hole: the fault of losing both
+                        continue
+                    if option[TIE] == 4:
+                        blend = flat.material[winner]
+                    if option[TIE] == 2 or option[TIE] == 6:
                         i, ball, t, b0, b1, b2 = triangle, sphere, along, a0, a1, a2
                     unlit = option[TIE] == 3
         x, y, z = ox + t * dx, oy + t * dy, oz + t * dz
@@ -126,6 +173,9 @@ def radiance(
             length = math.sqrt(gx * gx + gy * gy + gz * gz)
             gx, gy, gz = gx / length, gy / length, gz / length
             side = one if gx * vx + gy * vy + gz * vz >= 0 else -one
+            if option[REFINE]:  # the ray shot back at the facet's plane takes off what t was too long
+                back = ((x - p[0]) * gx + (y - p[1]) * gy + (z - p[2]) * gz) / (dx * gx + dy * gy + dz * gz)
+                x, y, z = x - back * dx, y - back * dy, z - back * dz
             c0, c1, c2, c3, w0, w1, w2, w3 = corner_weights(flat, quads, i, b0, b1, b2, x, y, z)
             sag = flat.sagitta[i]
             nx, ny, nz = gx, gy, gz
@@ -170,54 +220,88 @@ def radiance(
                 painted = False
         material = flat.material[owner]
         ar, ag, ab = albedo(flat, textures, material, u, v)
+        if blend >= 0:
+            half = one / type(dx)(2)
+            br, bg, bb = albedo(flat, textures, blend, u, v)
+            ar, ag, ab = half * (ar + br), half * (ag + bg), half * (ab + bb)
         opaque = one
         if secondary is not None:
             opaque = secondary.coefficients[material, 0]
         sr, sg, sb = zero, zero, zero
         blocked = 0
         forgiven_here = False
-        start = type(dx)(32) * unit * (flat.radius + abs(x) + abs(y) + abs(z))
-        for k in range(flat.light.shape[0] if painted else 0):
+        start = clearance(flat, option[START], number[EPSILON], unit, x, y, z)
+        sx, sy, sz, beside = x, y, z, zero  # where rays leave from, and how far beside it, on the side they go to
+        if option[START] == ERROR_BOUND:
+            sx, sy, sz, beside = bounded(flat, spheres, i, ball, b0, b1, b2, x, y, z, gx, gy, gz, unit)
+        beside *= side
+        lift = type(dx)(number[OFFSET]) * max(sag, zero)  # Snyder and Barr 1987: outwards by the facet's sagitta
+        leaves = option[START] == 0
+        gouraud = option[GOURAUD] != 0 and sag >= 0
+        px, py, pz, qx, qy, qz = x, y, z, nx, ny, nz
+        ex, ey, ez = sx, sy, sz
+        share_of_corner = one
+        for turn in range(flat.light.shape[0] * (3 if gouraud else 1) if painted or gouraud else 0):
+            k = turn % flat.light.shape[0]
+            if gouraud:  # the same light at the facet's corners, as seen from where the ray started
+                x, y, z, nx, ny, nz, vx, vy, vz, share_of_corner = corner(
+                    flat, i, turn // flat.light.shape[0], side, ox, oy, oz, b0, b1, b2, option[SILHOUETTE]
+                )
+                ex, ey, ez = x, y, z
             light = flat.light[k]
             if light[0] == 0:
                 lx, ly, lz = light[1] - x, light[2] - y, light[3] - z
                 distance = math.sqrt(lx * lx + ly * ly + lz * lz)
                 lx, ly, lz = lx / distance, ly / distance, lz / distance
+                end = distance
                 falloff = one / (distance * distance)
+                if option[FALLOFF]:
+                    falloff = one / distance if option[FALLOFF] == 1 else one
+                if option[SHADOW_RAYS] == 1:
+                    end = type(dx)(math.inf)
             else:
                 lx, ly, lz = -light[1], -light[2], -light[3]
-                distance = type(dx)(math.inf)
+                distance = end = type(dx)(math.inf)
                 falloff = one
             nl = nx * lx + ny * ly + nz * lz
             if nl <= 0 and not (option[UNCUT] and lobes is not None):
                 continue
             share = one
             dark = unlit
-            if option[ACNE]:
+            if (option[ACNE] >> k) & 1:
                 # the hit's own error lifts it off or sinks it in; the light meets the surface again at error / N.L,
                 # and an epsilon of more than half a pixel's footprint would detach shadows that are real
                 reach = abs(ox) + abs(oy) + abs(oz) + t + abs(x) + abs(y) + abs(z)
                 steep = abs(gx * lx + gy * ly + gz * lz)
-                if type(dx)(number[HIT_ERROR]) * reach > steep * pixel_angle * t:
+                limit = pixel_angle * t
+                if option[START] == ABSOLUTE:  # or what the renderer's own epsilon prevents
+                    limit = type(dx)(number[EPSILON])
+                if type(dx)(number[HIT_ERROR]) * reach > steep * limit:
                     dark = True
             begin = start
             if option[TIE] > 0:  # what coincides with this surface does not shadow it
-                begin += type(dx)(4) * extent / max(abs(gx * lx + gy * ly + gz * lz), type(dx)(0.001))
+                begin += type(dx)(4) * between / max(abs(gx * lx + gy * ly + gz * lz), type(dx)(0.001))
             if dark:
                 share = zero
             elif option[SHADOWS] != 2 and nl > 0:  # behind, an uncut highlight belongs to a shader without shadows
+                gl = (gx * lx + gy * ly + gz * lz) * side
+                to = beside if gl > 0 else -beside
                 share, forgiven = transmittance(
-                    flat, spheres, secondary, x, y, z, lx, ly, lz, begin, distance, i,
-                    ball if (gx * lx + gy * ly + gz * lz) * side > 0 else -1,
-                    option[SHADOWS] == 0, side, nl, option[TRANSPARENT], stack,
+                    flat, spheres, secondary,
+                    ex + to * gx + lift * nx, ey + to * gy + lift * ny, ez + to * gz + lift * nz,
+                    lx, ly, lz, begin, end, i, ball if gl > 0 and leaves else -1, leaves,
+                    (2 if gouraud else 1) if option[SHADOWS] == 0 else 0, side, nl, option[TRANSPARENT],
+                    option[SHADOW_RAYS] == 2, stack,
                 )  # fmt: skip
                 forgiven_here = forgiven_here or forgiven
             if share <= 0:
-                blocked |= 1 << k
+                blocked |= 0 if gouraud else 1 << k
                 continue
-            if lobes is not None:  # a highlight ends abruptly where N.L = 0; diffuse light does not
+            if share < one and not gouraud:  # the border of a transparent shadow is an edge too
+                blocked += 65536 * (k + 1) * round(share * 1000)
+            if lobes is not None and not gouraud:  # a highlight ends abruptly where N.L = 0; diffuse light does not
                 blocked |= 256 << k
-            e = falloff * share * inverse_pi
+            e = falloff * share * inverse_pi * share_of_corner
             ux, uy, uz = vx, vy, vz
             if depth > 0 and option[MIRRORED] == 1:  # the fault of one view vector for all rays: the camera's
                 ux, uy, uz = wx, wy, wz
@@ -235,6 +319,8 @@ def radiance(
                 sr += er * h * lobes.specular[material, 0]
                 sg += eg * h * lobes.specular[material, 1]
                 sb += eb * h * lobes.specular[material, 2]
+        x, y, z, nx, ny, nz = px, py, pz, qx, qy, qz
+        vx, vy, vz = -dx, -dy, -dz
         r += wr * opaque * sr
         g += wg * opaque * sg
         b += wb * opaque * sb
@@ -248,38 +334,53 @@ def radiance(
             nv = nx * vx + ny * vy + nz * vz
             two = type(dx)(2)
             mx, my, mz = two * nv * nx - vx, two * nv * ny - vy, two * nv * nz - vz
-            if option[RETRO]:
+            if option[RETRO] == 1:
                 mx, my, mz = vx, vy, vz
+            elif option[RETRO] == 2 and nx * nx + nz * nz > 0:
+                swing = two * (mx * nz - mz * nx) / (nx * nx + nz * nz)  # along y x N
+                mx, mz = mx - swing * nz, mz + swing * nx
             mr, mg, mb = c[1], c[2], c[3]
             if depth < BOUNCES and (c[4] > 0 or c[5] > 0 or c[6] > 0):
-                eta = one / c[7] if side > 0 else c[7]
+                enters = inside != owner if option[COUNTED] else side > 0
+                eta = one / c[7] if enters else c[7]
                 k2 = one - eta * eta * (one - nv * nv)
                 if k2 < 0:  # total internal reflection: the ray goes on as a mirror ray
-                    mr, mg, mb = mr + c[4], mg + c[5], mb + c[6]
+                    if not option[LOST]:
+                        mr, mg, mb = mr + c[4], mg + c[5], mb + c[6]
                     if option[WHOLE]:
                         mr, mg, mb = one, one, one
                 elif pending < PENDING:
                     s = eta * nv - math.sqrt(k2)
+                    rx, ry, rz = s * nx - eta * vx, s * ny - eta * vy, s * nz - eta * vz
+                    # N' and the facet disagree about whether it has come through
+                    low = sag >= 0 and not option[SELF_REFRACTION] and (gx * rx + gy * ry + gz * rz) * side > 0
                     pending = _push(
-                        rays, pending, x, y, z, s * nx - eta * vx, s * ny - eta * vy, s * nz - eta * vz,
-                        wr * c[4], wg * c[5], wb * c[6], generation + PASSAGES, face, -1,
+                        rays, pending, sx - beside * gx, sy - beside * gy, sz - beside * gz, rx, ry, rz,
+                        wr * c[4], wg * c[5], wb * c[6], generation + PASSAGES,
+                        face, -1, -(nx * rx + ny * ry + nz * rz), i if low else -1, owner if enters else -1,
                     )  # fmt: skip
             if depth < BOUNCES and (mr > 0 or mg > 0 or mb > 0) and pending < PENDING:
-                leaves = ball if (gx * mx + gy * my + gz * mz) * side > 0 and side > 0 else -1
+                rising = (gx * mx + gy * my + gz * mz) * side > 0
+                to = beside if rising else -beside
+                low = sag >= 0 and not option[SELF_REFLECTION] and not rising
                 pending = _push(
-                    rays, pending, x, y, z, mx, my, mz, wr * mr, wg * mg, wb * mb, generation + PASSAGES, face, leaves
-                )
+                    rays, pending, sx + to * gx, sy + to * gy, sz + to * gz, mx, my, mz, wr * mr, wg * mg, wb * mb,
+                    generation + PASSAGES, face, ball if rising and side > 0 else -1,
+                    nv, i if low and nv > 0 else -1, inside,
+                )  # fmt: skip
             if opaque < 1 and pending < PENDING and generation % PASSAGES < PASSAGES - 1:
                 rest = one - opaque
                 pending = _push(
-                    rays, pending, x, y, z, dx, dy, dz, wr * rest, wg * rest, wb * rest, generation + 1, face, -1
-                )
+                    rays, pending, sx - beside * gx, sy - beside * gy, sz - beside * gz, dx, dy, dz,
+                    wr * rest, wg * rest, wb * rest, generation + 1, face, -1, zero, -1, inside,
+                )  # fmt: skip
     return r, g, b, identity, spared
 
 
 @kernel
-def _push(rays, n, ox, oy, oz, dx, dy, dz, wr, wg, wb, generation, face, ball):
+def _push(rays, n, ox, oy, oz, dx, dy, dz, wr, wg, wb, generation, face, ball, slope, beneath, inside):
     ray = rays[n]
+    ray[12], ray[13], ray[14] = slope, beneath, inside
     ray[0], ray[1], ray[2], ray[3], ray[4], ray[5] = ox, oy, oz, dx, dy, dz
     ray[6], ray[7], ray[8], ray[9], ray[10], ray[11] = wr, wg, wb, generation, face, ball
     return n + 1
@@ -297,7 +398,7 @@ def render_pixels(
     self-shadow.
     """
     stack = np.empty(STACK, np.int32)
-    rays = np.empty((PENDING, 12), flat.points.dtype)
+    rays = np.empty((PENDING, RAY), flat.points.dtype)
     c = flat.camera
     one, half, two = type(c[0])(1), type(c[0])(0.5), type(c[0])(2)
     half_pixel = math.sqrt(c[3] * c[3] + c[4] * c[4] + c[5] * c[5]) / type(half)(width)

@@ -106,3 +106,26 @@ def highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz, raw):
         return zero
     value = cosine ** lobes.specular[material, 3]
     return value * nl if kind > 2 else value
+
+
+@kernel
+def corner(flat, i, k, side, ox, oy, oz, b0, b1, b2, silhouette):
+    """Corner ``k`` of triangle ``i``, for Gouraud: position, unit normal, V towards (ox, oy, oz), weight.
+
+    ``side`` is -1 where the facet is seen from behind. A normal that faces away from the viewer is kept, flipped (1)
+    or its corner painted black (2, weight 0).
+    """
+    p, n = flat.points[i], flat.normal[flat.corner[i][k]]
+    x, y, z = p[3 * k], p[3 * k + 1], p[3 * k + 2]
+    weight = b0 if k == 0 else b1 if k == 1 else b2
+    vx, vy, vz = ox - x, oy - y, oz - z
+    one = type(x)(1)
+    scale = one / math.sqrt(vx * vx + vy * vy + vz * vz)
+    vx, vy, vz = vx * scale, vy * scale, vz * scale
+    scale = side / math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+    nx, ny, nz = n[0] * scale, n[1] * scale, n[2] * scale
+    if silhouette != 0 and nx * vx + ny * vy + nz * vz < 0:
+        if silhouette == 2:
+            weight = one - one
+        nx, ny, nz = -nx, -ny, -nz
+    return x, y, z, nx, ny, nz, vx, vy, vz, weight

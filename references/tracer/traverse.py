@@ -90,11 +90,13 @@ def closest(bounds, child, count, points, face, ox, oy, oz, dx, dy, dz, tmin, tm
 
 
 @kernel
-def rival(flat, spheres, ox, oy, oz, dx, dy, dz, tmin, tmax, winner, other, stack):
+def rival(flat, spheres, ox, oy, oz, dx, dy, dz, tmin, tmax, winner, face, other, stack):
     """Among the surfaces met between tmin and tmax, the first in scene order, or the first that is not ``winner``.
 
-    ``winner`` is the object that was hit; ``other`` asks for one that is not it. Gives (triangle, sphere, t, b0, b1,
-    b2, object), object -1 where there is none. Of one object's triangles the nearest counts.
+    ``winner`` is the object that was hit, ``face`` its face there; ``other`` 1 asks for another one: also for another
+    face of one mesh, where it is folded or its back is near; 2 asks for the nearest of them, whatever their order.
+    Gives (triangle, sphere, t, b0, b1, b2, object), object -1 where there is none. Of one object's triangles the
+    nearest counts.
     """
     one, zero = type(dx)(1), type(dx)(0)
     triangle, ball, owner = -1, -1, -1
@@ -119,19 +121,19 @@ def rival(flat, spheres, ox, oy, oz, dx, dy, dz, tmin, tmax, winner, other, stac
                 continue
             for i in range(first, first + n):
                 mine = flat.object[i]
-                if (other and mine == winner) or (owner >= 0 and mine > owner):
+                if (other and flat.face[i] == face) or (other < 2 and owner >= 0 and mine > owner):
                     continue
                 t, b0, b1, b2 = ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, flat.points, i)
-                if t >= tmin and t <= tmax and (mine < owner or owner < 0 or t < best):
+                if t >= tmin and t <= tmax and (owner < 0 or t < best or (other < 2 and mine < owner)):
                     triangle, owner, best, c0, c1, c2 = i, mine, t, b0, b1, b2
     if spheres is not None:
         for i in range(spheres.radius.size):
             mine = spheres.object[i]
-            if (other and mine == winner) or (owner >= 0 and mine >= owner):
+            if (other and mine == winner) or (other < 2 and owner >= 0 and mine >= owner):
                 continue
             t0, t1 = sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz)
             for t in (t0, t1):
-                if t >= tmin and t <= tmax and ball != i:
+                if t >= tmin and t <= tmax and ball != i and (other < 2 or owner < 0 or t < best):
                     triangle, ball, owner, best = -1, i, mine, t
     return triangle, ball, best, c0, c1, c2, owner
 
@@ -248,30 +250,37 @@ def transmittance(
     tmax,
     triangle,
     sphere,
+    leaves,
     forgive,
     side,
     slope,
     transparent,
+    culled,
     stack,
 ):
     """The share of light that reaches (ox, oy, oz) along a unit direction, and whether facets of its own were forgiven.
 
-    ``triangle``, with its face, and ``sphere`` (or -1) are what the point lies on and are never hit. ``forgive`` is the
-    reference: where the facet turns its back to the light (the interpolated normal does not, or nobody would ask), its
-    ray runs beneath the surface. Then hits on the same mesh are passed over where ``excused`` says so, and light into a
-    ``hollow`` is held back; both count as forgiven. ``side`` is -1 where the point is seen from behind, ``slope`` its
-    N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or as ``transparent`` has it
-    (see ``let_through``).
+    ``triangle`` and ``sphere`` (or -1) are what the point lies on; the sphere is never hit, nor is the triangle's face
+    if the ray ``leaves`` it exactly. ``forgive`` 1 is the reference: where the facet turns its back to the light (the
+    interpolated normal does not, or nobody would ask), its ray runs beneath the surface. Then hits on the same mesh
+    are passed over where ``excused`` says so, and light into a ``hollow`` is held back; both count as forgiven. At a
+    corner, where facets disagree, ``forgive`` 2 asks ``excused`` whichever way this one faces. ``side`` is -1 where the
+    point is seen from behind, ``slope`` its N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or
+    as ``transparent`` has it (see ``let_through``). ``culled`` is the fault of passing through faces that the ray meets
+    from behind.
     """
     one, zero = type(dx)(1), type(dx)(0)
     light = one
     forgiven = False
-    face, owner, depth = -1, -1, zero
+    face, owner, depth, own_mesh = -1, -1, zero, False
     if triangle >= 0:
-        face, owner, depth = flat.face[triangle], flat.object[triangle], flat.sagitta[triangle]
-        forgive = forgive and depth >= 0 and rises(flat, triangle, dx, dy, dz) * side <= 0
-        if forgive and hollow(flat, triangle, dx, dy, dz, side):
+        owner, depth = flat.object[triangle], flat.sagitta[triangle]
+        if leaves:
+            face = flat.face[triangle]
+        under = forgive > 0 and depth >= 0 and rises(flat, triangle, dx, dy, dz) * side <= 0
+        if under and hollow(flat, triangle, dx, dy, dz, side):
             return zero, True
+        own_mesh = under or (forgive > 1 and depth >= 0)
     bounds, child, count, points = flat.bounds, flat.child, flat.size, flat.points
     if points.shape[0]:
         kx, ky, kz, sx, sy, sz = shear(dx, dy, dz)
@@ -294,7 +303,9 @@ def transmittance(
             for i in range(first, first + n):
                 t, b0, b1, b2 = ray_triangle(ox, oy, oz, kx, ky, kz, sx, sy, sz, points, i)
                 if t > tmin and t < tmax and flat.face[i] != face:
-                    own = forgive and flat.object[i] == owner
+                    if culled and rises(flat, i, dx, dy, dz) > 0:
+                        continue
+                    own = own_mesh and flat.object[i] == owner
                     if own and excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):
                         forgiven = True
                         continue

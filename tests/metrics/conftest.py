@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from notabug.metrics.judge import judge
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
+from notabug.references.store import others
 from notabug.references.tracer.envelope import Envelope
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import read_scene
@@ -26,7 +27,6 @@ Pictures = list[npt.NDArray[np.floating]]
 POINT = Declaration("float64", "point", 0.0, 2.0**-24, relative_quantum=True, noisy=False)
 BOX = Declaration("float64", "box", 0.5, 2.0**-24, relative_quantum=True, noisy=False)
 DEFAULT = Quality()
-NEIGHBOURS = ("calibration/card", "terminator/sphere", "texture/uneven_quad")
 
 
 @dataclass
@@ -63,11 +63,8 @@ class Studio:
     def verdict(
         self, pictures: Sequence[npt.NDArray[np.floating]], scene: Scene, declaration: Declaration, **options: Any
     ) -> Verdict:
-        options = {"perceive": False, "others": lambda: self.others(scene)} | options
+        options = {"perceive": False, "others": lambda: others(scene)} | options
         return judge(pictures, scene, declaration, **options).verdict
-
-    def others(self, scene: Scene) -> Iterator[tuple[str, npt.NDArray[np.floating]]]:
-        return ((name, predict(self.scene(name)).mean) for name in NEIGHBOURS if name != scene.id)
 
 
 @pytest.fixture(scope="session")

@@ -17,7 +17,7 @@ from hypothesis.extra import numpy as hnp
 from scipy import ndimage, stats
 
 from notabug.adapters.base import Declaration
-from notabug.judging import decode_srgb
+from notabug.adapters.declared import decode_srgb
 from notabug.metrics.admissible import admissible, laplacian
 from notabug.metrics.causes import encoded, gain_message, zoomed
 from notabug.metrics.judge import judge, regions
@@ -81,7 +81,8 @@ def test_the_reference_passes(seed: int, size: tuple[int, int], filter_name: Any
         verdict = _judge([truth] * copies, truth, declaration, perceive=True)
         assert (verdict.word, verdict.findings, verdict.triggers) == ("pass", (), ())
         assert (verdict.legs["bug"], verdict.legs["limitation"]) == (Leg(), Leg())
-        assert verdict.numbers["rmse"] < 1e-7
+        if filter_name in ("point", "box", "unknown"):  # a known wider filter widens the reference
+            assert verdict.numbers["rmse"] < 1e-7
 
 
 @FEW

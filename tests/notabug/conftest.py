@@ -106,5 +106,6 @@ def door(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.Capture
         monkeypatch.setattr(module, "adapters", there)
     monkeypatch.setattr(notabug.outcome, "judge", judge)
     monkeypatch.delenv("NOTABUG_REQUIRE", raising=False)
+    monkeypatch.setenv("NOTABUG_JOBS", "1")  # other processes would not know these renderers
     monkeypatch.chdir(tmp_path)
     return Door(renderers, judge, tmp_path / "out", capsys, monkeypatch)

@@ -13,9 +13,9 @@ import pytest
 
 from notabug.adapters.base import RendererError, RendererMissingError
 from notabug.exit_codes import ExitCode, exit_code
+from notabug.gate import Gate, code_of
 from notabug.metrics.verdict import Finding, Verdict
 from notabug.record import Result
-from notabug.running import code_of
 from notabug.scenes_usd.errors import NotabugError, SceneError
 from notabug.scenes_usd.picture import write_exr
 from notabug.selection import NothingSelectedError
@@ -111,7 +111,8 @@ def test_each_error_has_its_code(error: NotabugError, code: ExitCode) -> None:
     ],
 )
 def test_the_worst_result_decides(words: list[Any], expected: str, code: ExitCode) -> None:
-    assert code_of([Result("a/b", "", "r", "1", Verdict(word), expected=expected) for word in words]) is code
+    results = [Result("a/b", "", "r", "1", Verdict(word), expected=expected) for word in words]
+    assert code_of([Gate().judged(each) for each in results]) is code
 
 
 def test_judge_a_picture(door: Any, tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from notabug.folders import folder_name, job_folder, write_json
+from notabug.folders import FolderInUseError, folder_name, job_folder, sole_writer, write_json
 
 
 @given(st.text(st.characters(), max_size=200))
@@ -41,3 +41,13 @@ def test_writing_is_all_or_nothing(tmp_path: Path) -> None:
         write_json(path, {"a": float("nan")})
     assert json.loads(path.read_text()) == {"a": 1}
     assert [each.name for each in tmp_path.iterdir()] == ["a.json"]
+
+
+def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
+    with sole_writer(tmp_path / "out"):
+        with pytest.raises(FolderInUseError, match="another run is writing"), sole_writer(tmp_path / "out"):
+            pass
+        with sole_writer(tmp_path / "other"):
+            pass
+    with sole_writer(tmp_path / "out"):
+        pass

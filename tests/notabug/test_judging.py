@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from notabug.judging import SRGB_SLOPE, declare, decode_srgb
+from notabug.adapters.declared import SRGB_SLOPE, decode_srgb
+from notabug.judging import declare
 from notabug.scenes_usd.picture import Picture
 
 

@@ -211,3 +211,25 @@ def test_a_verdict_other_than_expected_is_shown(door: Any) -> None:
     door.judge.verdicts["terminator/sphere"] = named
     door.run("terminator/sphere", "--no-resume")
     assert "other than expected" not in door.stdout
+
+
+def test_a_renderer_without_textures_is_calibrated_by_the_plain_card(door: Any) -> None:
+    door.grey.mishaps["calibration/card"] = UnsupportedError("no textures")
+    assert door.run("calibration/card", "terminator/sphere") == 0
+    assert words(door) == {"calibration/card": "unsupported", "terminator/sphere": "pass"}
+    assert [each["scene"] for each in record(door)["calibration"]] == ["calibration/plain_card"]
+
+
+def test_a_renderer_that_can_draw_no_card_is_not_judged(door: Any) -> None:
+    for card in ("calibration/card", "calibration/plain_card"):
+        door.grey.mishaps[card] = UnsupportedError("only spheres")
+    assert door.run("terminator/sphere") == 3
+    assert words(door) == {"terminator/sphere": "error"}
+    assert "none of the cards (only spheres)" in record(door)["results"][0]["message"]
+
+
+def test_a_renderer_that_fails_on_the_card_is_not_judged(door: Any) -> None:
+    door.grey.mishaps["calibration/card"] = RendererError("it crashed")
+    assert door.run("terminator/sphere") == 3
+    assert record(door)["results"][0]["message"] == "calibration: the card could not be drawn (it crashed)"
+    assert door.grey.drawn == ["calibration/card"]

@@ -44,6 +44,15 @@ def test_all_of_a_set_and_all_sets() -> None:
     assert [each.variant for each in choose([SPHERE], {}, every_variant=True)] == every
 
 
+def test_the_default_is_one_choice_however_many_sets_vary_about_it() -> None:
+    found = entry("acne/sphere")
+    full = [{**found.defaults, **each.variants} for each in choose([found.id], {}, every_variant=True)]
+    assert len(full) == 1 + sum(len(values) - 1 for values in found.variants.values())
+    assert all(full.count(each) == 1 for each in full)
+    named = {name: [value] for name, value in found.defaults.items()}
+    assert len(choose([found.id], named)) == 1
+
+
 def test_a_scene_without_the_set_keeps_its_default() -> None:
     found = {each.id: each.variant for each in choose([SPHERE, "calibration/card"], {"tessellation": ["8x4"]})}
     assert found == {SPHERE: "tessellation=8x4", "calibration/card": ""}

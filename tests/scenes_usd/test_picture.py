@@ -123,3 +123,10 @@ def test_huge_exr_header(tmp_path: Path) -> None:
 def test_unwritable_folder(tmp_path: Path) -> None:
     with pytest.raises(PictureError, match="cannot write"):
         write_exr(tmp_path / "gone" / "a.exr", VALUES)
+
+
+def test_the_first_row_of_a_pfm_is_the_lowest(tmp_path: Path) -> None:
+    """As the format's description by Debevec says."""
+    path = tmp_path / "two.pfm"
+    path.write_bytes(b"PF\n1 2\n-1.0\n" + np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0], "<f4").tobytes())
+    assert read_picture(path).pixels[:, 0, 0].tolist() == [1.0, 0.0]

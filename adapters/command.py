@@ -1,0 +1,202 @@
+"""A renderer that a configuration table describes: a command, what it reads and writes, and what is true of it.
+
+``docs/your-renderer.md`` is the manual. The command is a list and no shell ever reads it. It runs in a fresh folder of
+its own, so a picture there is its own; the picture is taken as declared and never corrected.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from notabug.adapters.base import Declaration, Found, Quality, Render, RendererError, RendererMissingError
+from notabug.adapters.declared import PIXELS, read_srgb
+from notabug.adapters.export.formats import export
+from notabug.adapters.job_folder import job_folder, picture_path
+from notabug.adapters.process import DEFAULT, Ended, Limits, failure, made_picture, run_child
+from notabug.adapters.requirements import check_supported
+from notabug.adapters.settings import filled
+from notabug.scenes_usd.picture import PictureError, read_header, write_exr
+from notabug.scenes_usd.scene import Scene
+
+_TICK = 2.0  # seconds by which a file system's clock may lag
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A program that draws one picture a call.
+
+    Attributes
+    ----------
+    command, environment : words with the placeholders of ``settings.PLACEHOLDERS``.
+    folder : that of the configuration file; a program with a slash in its name is found from there.
+    version : the version itself, or the words of a command whose first line of output it is. With neither, the contents
+        of the program, and of every file in ``folder`` that a word names, stand for it.
+    scene, image : the format that the program reads, and the suffix of what it writes.
+    pixels, srgb : number format and encoding of its pictures.
+    samples : samples per pixel where a run asks for none.
+    retries : how often a call that failed is repeated.
+    key : a hash of the table, since a finished result depends on all of it.
+    """
+
+    name: str
+    command: tuple[str, ...]
+    folder: Path
+    declared: Declaration
+    capabilities: frozenset[str]
+    scene: str = "json"
+    image: str = "exr"
+    pixels: str = "float"
+    srgb: bool = False
+    samples: int = 1
+    version: tuple[str, ...] | str = ""
+    environment: dict[str, str] = field(default_factory=dict)
+    timeout: float = 600.0
+    limits: Limits = DEFAULT
+    retries: int = 0
+    install: str = "see the configuration file"
+    key: str = ""
+
+    def declaration(self, quality: Quality) -> Declaration:
+        del quality
+        return self.declared
+
+    def find(self) -> Found:
+        program = self._program()
+        if isinstance(self.version, str):
+            told = self.version or f"of contents {self._contents(program)}"
+        else:
+            ended = run_child(self._words(self.version), where=self.name, folder=self.folder, timeout=30.0)
+            if ended.exit or ended.stopped or not ended.log.strip():
+                raise RendererMissingError(
+                    "the program does not tell its version",
+                    where=f"adapter {self.name!r}",
+                    got=ended.log.strip()[:200] or "nothing",
+                    do=self.install,
+                )
+            told = ended.log.strip().splitlines()[0][:200]
+        return Found(told, program, key=self.key)
+
+    def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        check_supported(self, scene)
+        seeds = quality.seeds if self.declared.noisy else quality.seeds[:1] or (0,)
+        samples = quality.samples or self.samples
+        with job_folder(out, "command") as folder:
+            source = export(scene, self.scene, folder, quality)
+            return tuple(self._draw(scene, source, out, seed, samples, quality) for seed in seeds)
+
+    def _draw(self, scene: Scene, source: Path, out: Path, seed: int, samples: int, quality: Quality) -> Render:
+        for attempt in range(self.retries + 1):
+            try:
+                return self._once(scene, source, out, seed, samples, quality)
+            except RendererError:
+                if attempt == self.retries or not source.exists():  # what filled the disk took the scene with it
+                    raise
+        raise AssertionError("unreachable")
+
+    def _once(self, scene: Scene, source: Path, out: Path, seed: int, samples: int, quality: Quality) -> Render:
+        folder = source.parent
+        picture = folder / f"image{seed}.{self.image}"
+        picture.unlink(missing_ok=True)  # of a call that failed
+        values = {
+            "scene": str(source),
+            "image": str(picture),
+            "width": str(scene.width),
+            "height": str(scene.height),
+            "samples": str(samples),
+            "seed": str(seed),
+            "threads": str(quality.threads or os.cpu_count() or 1),
+            "folder": str(self.folder),
+        }
+        began = time.time()
+        ended = run_child(
+            self._words(self.command, values),
+            where=self.name,
+            folder=folder,
+            timeout=min(self.timeout, quality.timeout),
+            environment={key: filled(each, values) for key, each in self.environment.items()},
+            limits=self.limits,
+        )
+        if ended.stopped == "output":
+            shutil.rmtree(folder, ignore_errors=True)
+        ended.check(self.name)
+        self._check(picture, began, ended)
+        return Render(self._keep(picture, out, seed, ended), seed, samples, ended.seconds, ended.command, ended.log)
+
+    def _check(self, picture: Path, began: float, ended: Ended) -> None:
+        """Raise RendererError where ``picture`` is not a file of the declared kind that was written just now."""
+        where, log = self.name, ended.log
+        if picture.is_symlink():
+            raise failure("the picture is a link to another file", where=where, log=log, do="write the file itself")
+        made_picture(picture, where=where, log=log)
+        if picture.stat().st_mtime < began - _TICK:
+            raise failure(
+                "the picture is older than the job: it is a copy of an earlier one",
+                where=where,
+                log=log,
+                do="let the renderer write the file anew",
+            )
+        try:
+            header = read_header(picture)
+        except PictureError as error:
+            raise failure(f"its picture cannot be read: {error.what}", where=where, log=log) from error
+        if header.channels not in (3, 4):
+            raise failure(
+                f"the picture has {header.channels} channels", where=where, log=log, do="write red, green and blue"
+            )
+        quantum, relative = PIXELS[self.pixels]
+        if header.quantum > quantum or (header.relative_quantum, relative) == (False, True):
+            found = next((name for name, each in PIXELS.items() if each[0] == header.quantum), "another format")
+            raise failure(
+                f"the picture's numbers are {found}, declared is {self.pixels}",
+                where=where,
+                log=log,
+                do=f'write {self.pixels}, or set pixels = "{found}"',
+            )
+
+    def _keep(self, picture: Path, out: Path, seed: int, ended: Ended) -> Path:
+        if not self.srgb:
+            kept = out / f"seed{seed}.{self.image}"
+            picture.replace(kept)
+            return kept
+        kept = picture_path(out, "linear", seed)
+        try:
+            write_exr(kept, read_srgb(picture))
+        except PictureError as error:
+            raise failure(f"its picture cannot be read: {error.what}", where=self.name, log=ended.log) from error
+        return kept
+
+    def _words(self, words: tuple[str, ...], values: dict[str, str] | None = None) -> list[str]:
+        known = {"folder": str(self.folder), **(values or {})}
+        return [self._program(words[0]), *(filled(each, known) for each in words[1:])]
+
+    def _program(self, word: str = "") -> str:
+        word = filled(word or self.command[0], {"folder": str(self.folder)})
+        found = shutil.which(str(self.folder / word) if os.sep in word else word)
+        if found is None:
+            raise RendererMissingError(
+                f"no executable {word!r}",
+                where=f"adapter {self.name!r}",
+                expected=f"a program {'below ' + str(self.folder) if os.sep in word else 'on PATH'}",
+                do=self.install,
+            )
+        return found
+
+    def _contents(self, program: str) -> str:
+        """A hash of the program and of the files in the configuration's folder that the command names."""
+        state = hashlib.blake2b(digest_size=6)
+        named = [
+            self.folder / filled(each, dict.fromkeys(_NONE, "") | {"folder": str(self.folder)})
+            for each in self.command[1:]
+        ]
+        for path in (Path(program), *named):
+            if path.is_file():
+                state.update(path.read_bytes())
+        return state.hexdigest()
+
+
+_NONE = ("scene", "image", "width", "height", "samples", "seed", "threads")

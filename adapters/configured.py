@@ -1,0 +1,130 @@
+"""From a table ``renderers.NAME`` to an adapter: a command, a folder of files, or one of the known adapters, set."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any, get_type_hints
+
+from notabug.adapters import declared, settings
+from notabug.adapters.base import Adapter
+from notabug.adapters.command import Command
+from notabug.adapters.config import Table
+from notabug.adapters.export.formats import FORMATS
+from notabug.adapters.files import SUFFIXES, Files
+from notabug.adapters.process import DEFAULT, Limits
+
+_COMMAND_KEYS = ("command", "version", "scene", "image", "samples", "environment", "install")
+_LIMIT_KEYS = ("timeout", "cpu", "memory", "output", "retries")
+_CUT = frozenset({"json", "gltf", "pbrt", "povray", "mitsuba"})  # formats in which we cut n-gons, along 0-2
+_DAY = 86400.0
+
+
+def configured(name: str, table: Table, known: Mapping[str, Adapter]) -> Adapter:
+    """The adapter that ``table`` describes; ``known`` are those that it may set (``adapter = "zbuffer"``)."""
+    if "adapter" in table.values or name in known:
+        return _known(name, table, known)
+    if "files" in table.values:
+        return _files(name, table)
+    if "command" in table.values:
+        return _command(name, table)
+    table.check_keys([*_COMMAND_KEYS, *_LIMIT_KEYS, *declared.KEYS, "files", "adapter"])
+    raise table.fault("command", "missing", expected="command, files or adapter")
+
+
+def _command(name: str, table: Table) -> Command:
+    table.check_keys([*_COMMAND_KEYS, *_LIMIT_KEYS, *declared.KEYS])
+    command = settings.words(table, "command")
+    if not command:
+        raise table.fault("command", "empty", expected='a list such as ["./render", "{scene}", "{image}"]')
+    given = table.inner("environment")
+    environment = {key: settings.text(given, key, "") for key in given.values}
+    for key in environment:
+        if not key or "=" in key or "\0" in key:
+            raise given.fault(key, "not a name of a variable")
+    for each in command:
+        settings.check_holes(table, "command", each)
+    for key, each in environment.items():
+        settings.check_holes(given, key, each)
+    for hole in ("scene", "image"):
+        if not settings.names_hole([*command, *environment.values()], hole):
+            raise table.fault("command", f"does not name {{{hole}}}", do="the renderer must be told its files")
+    scene = settings.choice(table, "scene", "json", tuple(FORMATS))
+    version = table.values.get("version", "")
+    return Command(
+        name=name,
+        command=command,
+        folder=table.folder,
+        declared=declared.declaration(table, ngon_split="02" if scene in _CUT else "unknown"),
+        capabilities=declared.capabilities(table),
+        scene=scene,
+        image=settings.choice(table, "image", "exr", sorted(each[1:] for each in SUFFIXES)),
+        pixels=declared.pixels(table),
+        srgb=declared.is_srgb(table),
+        samples=settings.whole(table, "samples", 1, 1, 1 << 20),
+        version=settings.words(table, "version") if isinstance(version, list) else settings.text(table, "version", ""),
+        environment=environment,
+        timeout=settings.number(table, "timeout", 600.0, 0.001, _DAY),
+        limits=Limits(
+            cpu=settings.number(table, "cpu", 0.0, 0.0, _DAY * 256),
+            memory=settings.size(table, "memory", 0),
+            output=settings.size(table, "output", DEFAULT.output),
+        ),
+        retries=settings.whole(table, "retries", 0, 0, 10),
+        install=settings.text(table, "install", f"see {table.where}"),
+        key=_key(table),
+    )
+
+
+def _files(name: str, table: Table) -> Files:
+    table.check_keys(["files", "version", "install", *declared.KEYS])
+    return Files(
+        name=name,
+        folder=table.folder / settings.text(table, "files", ""),
+        declared=declared.declaration(table, ngon_split="unknown"),
+        capabilities=declared.capabilities(table),
+        pixels=declared.pixels(table),
+        srgb=declared.is_srgb(table),
+        version=settings.text(table, "version", ""),
+        install=settings.text(table, "install", "put the pictures there"),
+        key=_key(table),
+    )
+
+
+def _known(name: str, table: Table, known: Mapping[str, Adapter]) -> Adapter:
+    """A known adapter under the table's name with the table's values for its fields."""
+    base = settings.choice(table, "adapter", name, sorted(known))
+    adapter: Any = known[base]
+    fields = {each.name for each in dataclasses.fields(adapter)} if dataclasses.is_dataclass(adapter) else set()
+    fields -= {"name", "capabilities", "install"}
+    table.check_keys(["adapter", *fields])
+    hints = get_type_hints(type(adapter))
+    changes: dict[str, Any] = {}
+    for key in table.values.keys() - {"adapter"}:
+        changes[key] = _value(table, key, hints[key])
+    made: Adapter = dataclasses.replace(adapter, name=name, **changes)
+    return made
+
+
+def _value(table: Table, key: str, hint: Any) -> Any:
+    if hint is bool:
+        return settings.flag(table, key, False)
+    if hint is int:
+        return settings.whole(table, key, 0, 0, 1 << 24)
+    if hint is float:
+        return settings.number(table, key, 0.0, -1e9, 1e9)
+    if hint is str:
+        return settings.text(table, key, "")
+    if options := getattr(hint, "__args__", ()):
+        if all(isinstance(each, str) for each in options):
+            return settings.choice(table, key, "", options)
+        if options[0] is str:
+            return settings.words(table, key)
+    raise table.fault(key, "cannot be set from a file")
+
+
+def _key(table: Table) -> str:
+    text = json.dumps(table.values, sort_keys=True, default=str)
+    return hashlib.blake2b(text.encode("utf-8", "surrogatepass"), digest_size=8).hexdigest()

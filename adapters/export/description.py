@@ -1,0 +1,103 @@
+"""``scene.json``: a scene in plain numbers, for a renderer that has no reader for anything else.
+
+Everything is in world space; matrices act on row vectors (p_world = p_local @ matrix) and are listed row by row.
+A mesh lists its n-gons (``counts``, ``corners``) as they are, and the same cut into triangles (``triangles``): normals
+and uv belong to face corners, so a triangle is three indices into ``corners``, ``normals`` and ``uv``. Texture files
+hold linear values, row 0 at v = 1. The shading that is meant is written out in ``docs/your-renderer.md``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any, Literal
+
+import numpy as np
+
+from notabug.scenes_usd.scene import Camera, Light, Material, Mesh, Object, Scene, Texture
+from notabug.scenes_usd.triangulate import triangulate
+
+VERSION = 1
+SPLIT: Literal["02"] = "02"  # the diagonal by which n-gons are cut where a format has only triangles
+
+
+_MATERIAL = tuple(each.name for each in fields(Material) if each.name != "path")
+
+
+def describe(scene: Scene) -> dict[str, Any]:
+    """The scene as JSON's own types."""
+    return {
+        "notabug_scene": VERSION,
+        "scene": scene.id,
+        "variant": scene.variant,
+        "width": scene.width,
+        "height": scene.height,
+        "camera": _camera(scene.camera),
+        "lights": [_light(each) for each in scene.lights],
+        "materials": [_material(each) for each in scene.materials],
+        "textures": [_texture(index, each) for index, each in enumerate(scene.textures)],
+        "objects": [_object(each) for each in scene.objects],
+    }
+
+
+def texture_name(index: int, suffix: str) -> str:
+    """The file of a texture beside ``scene.json``; names of the original files never go into an export."""
+    return f"image{index}{suffix}"
+
+
+def _camera(camera: Camera) -> dict[str, Any]:
+    x, y, z, origin = camera.to_world[:, :3].tolist()
+    return {
+        "position": origin,
+        "right": x,
+        "up": y,
+        "back": z,
+        "tan_x": camera.tan_x,
+        "tan_y": camera.tan_y,
+        "near": camera.near,
+        "far": camera.far,
+    }
+
+
+def _light(light: Light) -> dict[str, Any]:
+    if light.kind == "point":
+        return {"kind": "point", "position": list(light.position), "intensity": list(light.intensity)}
+    return {"kind": "distant", "direction": list(light.direction), "irradiance": list(light.intensity)}
+
+
+def _material(material: Material) -> dict[str, Any]:
+    return {name: getattr(material, name) for name in _MATERIAL}
+
+
+def _texture(index: int, texture: Texture) -> dict[str, Any]:
+    height, width = texture.pixels.shape[:2]
+    return {
+        "pfm": texture_name(index, ".pfm"),
+        "png": texture_name(index, ".png"),
+        "width": width,
+        "height": height,
+        "wrap_s": texture.wrap_s,
+        "wrap_t": texture.wrap_t,
+    }
+
+
+def _object(each: Object) -> dict[str, Any]:
+    if not isinstance(each, Mesh):
+        return {
+            "kind": "sphere",
+            "material": each.material,
+            "radius": each.radius,
+            "to_world": np.asarray(each.to_world).tolist(),
+        }
+    said: dict[str, Any] = {
+        "kind": "mesh",
+        "material": each.material,
+        "points": each.points.tolist(),
+        "counts": each.counts.tolist(),
+        "corners": each.corners.tolist(),
+        "triangles": triangulate(each, SPLIT).corner.tolist(),
+    }
+    if each.normals is not None:
+        said["normals"] = each.normals.tolist()
+    if each.uv is not None:
+        said["uv"] = each.uv.tolist()
+    return said

@@ -1,0 +1,75 @@
+"""``python docs/limitations.py RUN...``: write limitations.md, which limitation appears on which renderer."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from notabug.listing import list_models
+from notabug.report.page import load
+from notabug.words import number, readable
+
+OURS = ("inhouse", "zbuffer")
+
+# Which renderer could show a limitation that none here does, and why none does.
+ELSEWHERE = {
+    "lobe_phong": "VTK has Phong's lobe only; POV-Ray has both lobes, and Mitsuba and OpenGL get ours",
+    "lobe_blinn": "three.js has Blinn's lobe only; POV-Ray has both lobes, and Mitsuba and OpenGL get ours",
+    "lobe_phong_matched": "an exporter to VTK that converts Blinn's exponent; here both lobes are there",
+    "lobe_blinn_matched": "an exporter to three.js that converts Phong's exponent; here both lobes are there",
+    "lobe_normalised_n2": "Mitsuba 0.6 normalises Phong's lobe so; POV-Ray and the shaders here do not normalise",
+    "lobe_normalised_n8": "three.js normalises Blinn's lobe about so; POV-Ray and the shaders here do not normalise",
+    "highlight_cosine": "three.js weights highlights by N.L; POV-Ray does not, Mitsuba and OpenGL get the scene's rule",
+    "gouraud_interpolation": "OpenGL's fixed pipeline interpolates colours; all renderers here interpolate normals",
+    "flat_interpolation": "VTK draws flat facets when asked to; here normals are exported to every renderer",
+}
+
+HEAD = """# Which limitation appears on which renderer
+
+From the verdicts on {results} pictures of {renderers}; `python docs/limitations.py RUN...` wrote it. A limitation
+counts where the judge names it: how many pictures, and the largest area in pixels with its place.
+
+| limitation | scenes it can act on | POV-Ray, Mitsuba, OpenGL | in-house |
+|---|---|---|---|
+"""
+
+
+def page(results: Iterable[dict[str, Any]]) -> str:
+    """The page as Markdown, from the results of runs."""
+    judged = [each for each in results if each["verdict"] in ("pass", "limitation", "bug")]
+    renderers = ", ".join(sorted({each["renderer"] for each in judged}))
+    lines = []
+    for model in list_models():
+        if model["kind"] != "limitation":
+            continue
+        shown = _shown(model["model"], judged)
+        real = [text for name, text in shown.items() if name not in OURS]
+        own = [text for name, text in shown.items() if name in OURS]
+        seen = "; ".join(real) or f"none. {ELSEWHERE.get(model['model'], 'not explained')}"
+        scenes = list(dict.fromkeys(model["scenes"]))
+        where = ", ".join(scenes) if len(scenes) < 5 else f"{len(scenes)} scenes"
+        lines.append(f"| {readable(model['model'])} | {where} | {seen} | {'; '.join(own)} |")
+    return HEAD.format(results=len(judged), renderers=renderers) + "\n".join(lines) + "\n"
+
+
+def _shown(limitation: str, results: Iterable[dict[str, Any]]) -> dict[str, str]:
+    """By renderer: how many pictures show it, and the largest."""
+    found: dict[str, list[tuple[float, str]]] = {}
+    for each in results:
+        for finding in each["findings"]:
+            if finding["name"] == limitation and each["verdict"] != "bug":
+                place = f"`{each['scene']}` {each['variant']}".rstrip()
+                found.setdefault(each["renderer"], []).append((finding["area_px"] or 0.0, place))
+    texts = {}
+    for renderer, places in sorted(found.items()):
+        area, place = max(places)
+        texts[renderer] = f"{renderer} {len(places)}, {number(round(area))} px in {place}"
+    return texts
+
+
+if __name__ == "__main__":
+    runs = [load(Path(each))["results"] for each in sys.argv[1:]]
+    merged = {(each["scene"], each["variant"], each["renderer"]): each for run in runs for each in run}
+    Path(__file__).with_name("limitations.md").write_text(page(merged.values()), encoding="utf-8")

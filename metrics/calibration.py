@@ -1,0 +1,247 @@
+"""Calibration: what stands between a picture of the card and the card, read off in numbers and said in words.
+
+A picture is read in steps, each on what the one before has undone: orientation and order of channels by correlation, a
+shift by phase correlation, a magnification by search, then gain and gamma by a line in logarithms. Two faults at once,
+such as upside down and sRGB-encoded, are both found. Nothing here corrects a picture that is judged.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from notabug.adapters.base import Declaration
+from notabug.metrics.causes import encoded, find_scale, find_shifts, zoomed
+from notabug.metrics.valid import invalid
+from notabug.references.tracer.envelope import Envelope
+
+Floats = npt.NDArray[np.floating]
+
+GAIN, GAMMA, SHIFT, SCALE = 0.004, 0.01, 0.1, 0.003  # beyond these a reading is a fault, not rounding
+LIKE = 0.8  # correlation below which a picture is not one of the card at all
+FITS = 0.008  # of white: the error that the readings may leave, or they do not describe the picture
+TONES = 32  # steps of equal ratio that the values of the card are sorted into
+NOISE = 1e-4  # relative: more between seeds than rounding
+BOX = 12.0**-0.5  # pixels: the standard deviation of a pixel-wide box, the width that a box filter reads as
+WIDTH = {"point": 0.35, "box": 0.4, "tent": 0.6}  # pixels: the widest that may be called so
+
+_TURNS = {"": (1, 1), "upside_down": (-1, 1), "mirrored": (1, -1), "rotated": (-1, -1)}
+_ADVICE = {
+    "upside_down": "upside down: write the top row first, or turn the camera's up round",
+    "mirrored": "mirrored: the camera's right is its x axis",
+    "rotated": "rotated by 180 degrees: turn both axes of the picture round",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What a picture of the card shows.
+
+    ``orientation`` is "" or a key of ADVICE; ``channels`` the card's channels in the picture's order ("rgb");
+    ``gain`` and ``gamma`` those of value = gain * card ** gamma; ``srgb`` that the transfer is sRGB's; ``shift`` in
+    pixels (right, down); ``scale`` the magnification; ``width`` the standard deviation of the pixel filter in pixels
+    (a box has 0.29); ``noise`` the deviation between seeds over the mean; ``repeats`` whether the same seed gave the
+    same picture, None where that was not tried. ``causes`` are named faults and ``sentence`` says what to change.
+    """
+
+    orientation: str = ""
+    channels: str = "rgb"
+    gain: float = 1.0
+    gamma: float = 1.0
+    srgb: bool = False
+    shift: tuple[float, float] = (0.0, 0.0)
+    scale: float = 1.0
+    width: float = 0.0
+    noise: float = 0.0
+    repeats: bool | None = None
+    causes: tuple[str, ...] = ()
+    sentence: str = ""
+
+
+def read_card(
+    pictures: Sequence[Floats], card: Envelope, declaration: Declaration, repeats: bool | None = None
+) -> Reading:
+    """Read ``pictures`` (seeds, each (h, w, 3) linear) of the scene whose reference is ``card``."""
+    value = np.asarray(card.mean, np.float64)
+    wrong = invalid(pictures, *value.shape[:2])
+    if wrong is not None:
+        return Reading(repeats=repeats, causes=(wrong.name,), sentence=wrong.message)
+    mean: Floats = np.asarray(np.stack(pictures).mean(axis=0, dtype=np.float64))
+    if float(np.ptp(mean)) <= 1e-3 * float(value.max()):
+        return _blank(mean, value, repeats)
+    likeness, orientation, channels = _orientation(mean, value)
+    down, across = _TURNS[orientation]
+    upright = mean[::down, ::across][..., ["rgb".index(each) for each in channels]]
+    if likeness < LIKE:
+        return Reading(
+            repeats=repeats, sentence="the picture is not one of the card: does the renderer read the scene?"
+        )
+    shift, scale, moved = _place(upright, value)
+    gain, gamma, srgb, fitted, misfit = _transfer(upright, moved)
+    noise = _noise(pictures, mean)
+    reading = Reading(
+        orientation,
+        channels,
+        gain,
+        gamma,
+        srgb,
+        shift,
+        scale,
+        width=_width(upright, fitted),
+        noise=noise,
+        repeats=repeats,
+    )
+    if misfit > FITS:
+        return reading
+    said = dict(_faults(reading, declaration))
+    return Reading(
+        **{name: getattr(reading, name) for name in Reading.__slots__ if name not in ("causes", "sentence")},
+        causes=tuple(said),
+        sentence=("the picture is " + "; it is ".join(said.values())) if said else "",
+    )
+
+
+def _blank(mean: Floats, value: Floats, repeats: bool | None) -> Reading:
+    if float(mean.max()) < 1e-3 * float(value.max()):
+        return Reading(repeats=repeats, causes=("black",), sentence="the picture is black: no light, object or camera")
+    return Reading(repeats=repeats, sentence="the picture is of one colour: the card is not in view")
+
+
+def _faults(reading: Reading, declaration: Declaration) -> list[tuple[str, str]]:
+    """Name and words of each fault, the coarsest first."""
+    found: list[tuple[str, str]] = []
+    if reading.orientation:
+        found.append((reading.orientation, _ADVICE[reading.orientation]))
+    if reading.channels != "rgb":
+        found.append(("channels_swapped", f"in the channel order {reading.channels}: write red, green, blue"))
+    x, y = reading.shift
+    if max(abs(x), abs(y)) > SHIFT:
+        where = f"({x:+.2f}, {y:+.2f})"
+        found.append(("pixel_shift", f"shifted by {where} pixels (right, down): pixel centres lie at +0.5"))
+    if abs(reading.scale - 1.0) > SCALE:
+        wrong = f"magnified by {reading.scale:.4f}: the field of view is 2 atan(tan_x) across and 2 atan(tan_y) high"
+        found.append(("field_of_view", wrong))
+    if reading.srgb:
+        found.append(("srgb_encoded", 'sRGB-encoded: write linear values, or declare encoding = "srgb"'))
+    elif abs(reading.gamma - 1.0) > GAMMA:
+        found.append(("gamma", f"raised to the power {reading.gamma:.3f}: write linear values"))
+    if not reading.srgb and abs(reading.gain - 1.0) > GAIN:
+        found.append(("light_gain", f"{reading.gain:.4f} times as bright as it should be{_why(reading.gain)}"))
+    if declaration.filter in WIDTH and reading.width > WIDTH[declaration.filter] and not found:
+        found.append(
+            (
+                "filter_undeclared",
+                f"blurred by {reading.width:.2f} pixels, which a {declaration.filter} filter does not: declare another",
+            )
+        )
+    if not declaration.noisy and reading.repeats is False:
+        found.append(("noise_undeclared", "another one when it is drawn again: declare noisy = true and pass {seed}"))
+    return found
+
+
+def _why(gain: float) -> str:
+    for value, why in ((math.pi, ": a 1/pi is missing"), (1 / math.pi, ": a 1/pi too many"), (4 * math.pi, ": 4 pi")):
+        if abs(gain / value - 1) < 0.01:
+            return why
+    return ""
+
+
+def _orientation(mean: Floats, value: Floats) -> tuple[float, str, str]:
+    """The largest correlation, at any magnification, and the turn and the order of channels that give it."""
+    small = ndimage.uniform_filter(value, (4, 4, 1))[2::4, 2::4]
+    sizes = [small] + [zoomed(small, each) for each in np.geomspace(0.6, 1.7, 23)]
+    targets = np.stack([_normal(each) for each in sizes])
+    best = (-2.0, "", "rgb")
+    for name, (down, across) in _TURNS.items():
+        turned = ndimage.uniform_filter(mean[::down, ::across], (4, 4, 1))[2::4, 2::4]
+        for order in permutations("rgb"):
+            other = _normal(turned[..., ["rgb".index(each) for each in order]])
+            likeness = float((targets @ other).max())
+            if likeness > best[0] + 1e-9:
+                best = (likeness, name, "".join(order))
+    return best
+
+
+def _normal(picture: Floats) -> Floats:
+    """The picture as a vector of mean 0 and length 1, so that a product of two is their correlation."""
+    flat = (picture - picture.mean()).ravel()
+    return np.asarray(flat / max(float(np.linalg.norm(flat)), 1e-30))
+
+
+def _place(mean: Floats, value: Floats) -> tuple[tuple[float, float], float, Floats]:
+    """Shift, magnification, and ``value`` under them: whichever of the two, or neither, brings it nearest."""
+    gain = float(np.median(mean[_smooth(value)] / value[_smooth(value)])) if _smooth(value).any() else 1.0
+    scaled = value * gain
+    tried: list[tuple[float, tuple[float, float], float, Floats]] = [(_misfit(mean, scaled), (0.0, 0.0), 1.0, value)]
+    for dx, dy in find_shifts(mean, scaled):
+        moved = ndimage.shift(value, (dy, dx, 0), order=1, mode="nearest")
+        tried.append((_misfit(mean, moved * gain), (dx, dy), 1.0, moved))
+    scale = find_scale(mean, scaled)
+    if scale is not None:
+        moved = zoomed(value, scale)
+        tried.append((_misfit(mean, moved * gain), (0.0, 0.0), scale, moved))
+    least = min(tried, key=lambda each: each[0])
+    _, shift, scale_found, moved = least if least[0] < 0.7 * tried[0][0] else tried[0]
+    return shift, scale_found, moved
+
+
+def _misfit(a: Floats, b: Floats) -> float:
+    """The mean difference of the pictures' gradients: where their edges lie, whatever their tones are."""
+    return float(sum(np.abs(np.diff(a, axis=axis) - np.diff(b, axis=axis)).mean() for axis in (0, 1)))
+
+
+def _transfer(mean: Floats, value: Floats) -> tuple[float, float, bool, Floats, float]:
+    """Gain, gamma, whether it is sRGB's curve, ``value`` under the transfer, and what that leaves.
+
+    The last is the error of the worst tone, over white: a wrong albedo is no gamma. Values at the top may be clipped
+    and count for nothing.
+    """
+    at = _smooth(value) & (mean > 1e-4 * mean.max()) & (mean < 0.999 * mean.max())
+    if at.sum() < 64:
+        return 1.0, 1.0, False, value, math.inf
+    x, y = np.log(value[at]), np.log(mean[at])
+    gamma = float(np.cov(x, y)[0, 1] / max(float(x.var(ddof=1)), 1e-30))
+    gamma = 1.0 if abs(gamma - 1.0) < GAMMA else gamma
+    gain = float(np.exp(np.median(y - gamma * x)))
+    power = gain * np.maximum(value, 0.0) ** gamma
+    as_srgb = encoded(value)
+    tone = np.digitize(x, np.linspace(x.min(), x.max(), TONES))
+    left = [_worst_tone((mean - each)[at], tone) / float(mean.max()) for each in (power, as_srgb)]
+    if left[1] < 0.5 * left[0]:
+        return 1.0, 1.0, True, as_srgb, left[1]
+    return gain, gamma, False, power, left[0]
+
+
+def _worst_tone(error: Floats, tone: npt.NDArray[np.integer]) -> float:
+    """The largest median ``error`` (n,) of the tones (n,) that enough values have."""
+    found = [abs(float(np.median(error[tone == each]))) for each in np.unique(tone) if (tone == each).sum() >= 32]
+    return max(found, default=math.inf)
+
+
+def _smooth(value: Floats) -> npt.NDArray[np.bool_]:
+    """Values (h, w, 3) that are bright enough and whose neighbourhood, three pixels wide each way, is of one tone."""
+    spread = ndimage.maximum_filter(value, (7, 7, 1)) - ndimage.minimum_filter(value, (7, 7, 1))
+    return np.asarray((value > 0.01 * value.max()) & (spread.max(axis=2, keepdims=True) < 0.02 * value.max()))
+
+
+def _width(mean: Floats, value: Floats) -> float:
+    """The standard deviation of the filter: of the Gaussian that, over the box that ``value`` has, fits ``mean``."""
+    widths = np.linspace(0.0, 2.4, 13)
+    misfits = [_misfit(mean, ndimage.gaussian_filter(value, (each, each, 0))) for each in widths]
+    extra = float(widths[int(np.argmin(misfits))])
+    return math.hypot(BOX, extra)
+
+
+def _noise(pictures: Sequence[Floats], mean: Floats) -> float:
+    if len(pictures) < 2:
+        return 0.0
+    deviation = np.std(np.stack(pictures), axis=0, ddof=1)
+    lit = mean > 0.01 * mean.max()
+    noise = float((deviation[lit] / mean[lit]).mean()) if lit.any() else 0.0
+    return noise if noise > NOISE else 0.0

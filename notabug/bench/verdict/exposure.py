@@ -1,0 +1,200 @@
+"""One group of the design: drawn once, taken under its conditions, judged by us and by every gate."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from notabug.adapters.base import Declaration
+from notabug.bench.verdict.catalogue import FAULTS, staged
+from notabug.bench.verdict.design import NAMED, Group
+from notabug.bench.verdict.film import BY_NAME, SUBSAMPLES, Condition, filtered, shoot, variance, written
+from notabug.bench.verdict.gates import Pair, gates
+from notabug.bench.verdict.stage import jittered, resized
+from notabug.metrics.admissible import ABSOLUTE, RELATIVE
+from notabug.metrics.judge import judge
+from notabug.metrics.verdict import Verdict
+from notabug.references.models.model import Model, models
+from notabug.references.predict import configured
+from notabug.references.tracer.envelope import trace_picture
+from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.scene import Scene
+
+Floats = npt.NDArray[np.float64]
+
+SAMPLING = 0.2  # of the range of nearby pixels: what a shift by the stated tolerance, 0.2 pixels, changes
+SHARE = 0.0025  # of the pixels must be off by more than twice the tolerance, or the picture does not show its fault
+CERTAIN = 900.0  # and who knew the fault would find it in the noise at thirty standard errors, squared
+LOOKS = (2, 3, 4, 6, 8, 12, 16)  # seeds at which the sequential test looks
+
+
+def expose(group: Group) -> list[dict[str, Any]]:
+    """One record for each picture of ``group``."""
+    scene = scene_of(group)
+    clean = subsamples(scene, ())
+    picture, declared = drawing(group, scene, clean)
+    fault = fault_of(group)
+    records = []
+    for name in group.conditions:
+        condition = BY_NAME[name]
+        declaration = replace(condition.declaration(), **declared)
+        for repeat in range(group.repeats if condition.samples else 1):
+            pictures = [
+                written(fault.film(each, group.strength) if fault and fault.film else each, condition)
+                for each in shoot(picture, condition, group.draw(f"noise {repeat}"))
+            ]
+            want = group.label == "bug" and name == NAMED[group.draw("named") % len(NAMED)]
+            start = time.perf_counter()
+            verdict = judge(pictures, scene, declaration, perceive=False, naming=want).verdict
+            seconds = time.perf_counter() - start
+            reference = filtered(clean, condition)
+            true = filtered(picture, condition)
+            if fault and fault.film:
+                true = fault.film(true, group.strength)
+            noise = variance(picture, condition)
+            mean = np.mean(pictures, axis=0)
+            records.append(
+                {
+                    **group.as_dict(),
+                    "condition": name,
+                    "renderer": "inhouse",
+                    "repeat": repeat,
+                    "shows": shows(true, reference, noise),
+                    "right": sorted(fault.right) if fault else [group.name],
+                    "named": want,
+                    **said(verdict),
+                    "twin": want and _twin(group, scene, verdict),
+                    "seconds": seconds,
+                    "samples": (condition.samples or 1) * condition.seeds * scene.width * scene.height,
+                    "gates": {} if group.label == "clean" and repeat else _gates(Pair(mean, reference, noise)),
+                    "sequential": _sequential(group, scene, picture, declared) if name == NAMED[1] else None,
+                }
+            )
+    return records
+
+
+def _gates(pair: Pair) -> dict[str, float]:
+    return {gate.name: gate.score(pair) for gate in gates()}
+
+
+def said(verdict: Verdict) -> dict[str, Any]:
+    """What a record keeps of a verdict."""
+    return {
+        "word": verdict.word,
+        "triggers": list(verdict.triggers),
+        "bugs": [each.name for each in verdict.findings if each.kind == "bug"],
+        "limitations": [each.name for each in verdict.findings if each.kind == "limitation"],
+        "severity": verdict.numbers.get("severity", float("inf") if verdict.word == "bug" else 0.0),
+        "gain": verdict.numbers.get("gain", 1.0),
+        "bug_pixels": verdict.numbers.get("bug_pixels", 0.0),
+        "message": verdict.message,
+    }
+
+
+def scene_of(group: Group) -> Scene:
+    """The scene that ``group`` is judged as."""
+    scene = jittered(resized(read_scene(group.scene, dict(group.variants)), group.pixels), group.seed)
+    fault = fault_of(group)
+    return staged(scene, fault.stage if fault else "")
+
+
+def fault_of(group: Group) -> Any:
+    return next((each for each in FAULTS if group.label == "bug" and each.name == group.name), None)
+
+
+def subsamples(scene: Scene, chosen: tuple[Model, ...]) -> Floats:
+    """The picture at SUBSAMPLES times the resolution: regular subsamples (h s, w s, 3)."""
+    drawn, options = configured(scene, chosen)
+    return trace_picture(
+        replace(drawn, width=scene.width * SUBSAMPLES, height=scene.height * SUBSAMPLES), options, threads=1
+    )
+
+
+def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[str, Any]]:
+    """The labelled picture's subsamples, and what its renderer declares beyond the conditions."""
+    if group.label == "clean":
+        return clean, {}
+    if group.label == "limitation":
+        return _limited(group, scene, clean)
+    fault = fault_of(group)
+    facets = [each for each in models(scene) if each.name == "facet_self_shadow"]
+    beside = tuple(facets) if group.draw("beside") % 2 else ()  # half of the buggy renderers have facets too
+    model = fault.model(scene, group.strength, group.draw("which"))
+    chosen = beside + ((model,) if model else ())
+    picture = subsamples(scene, chosen) if chosen else clean
+    return (fault.lens(picture, group.strength) if fault.lens else picture), {}
+
+
+def _limited(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[str, Any]]:
+    found = [each for each in models(scene) if each.name == group.name and each.kind == "limitation"]
+    model = next((each for each in found if each.when and each.when[1] in ("float32", "fixed24")), found[0])
+    declared: dict[str, Any] = {model.when[0]: model.when[1]} if model.when else {}
+    values = [subsamples(scene, (each,)) for each in model.values()]
+    if model.rule == "set":  # each sample takes one of the values
+        rng = np.random.default_rng(group.draw("mixture"))
+        which = rng.integers(0, len(values) + 1, clean.shape[:2])
+        return np.choose(which[..., None], [clean, *values]), declared
+    return clean + group.strength * (values[0] - clean), declared
+
+
+def shows(picture: Floats, reference: Floats, noise: Floats) -> bool:
+    """Whether anything can be seen: enough pixels beyond twice the tolerance, or all of them together, and above noise.
+
+    This takes nothing from the judge but its stated tolerance.
+    """
+    off = np.abs(picture - reference)
+    tau = RELATIVE * np.abs(reference) + ABSOLUTE * float(reference.max())
+    around = ndimage.maximum_filter(reference, (3, 3, 1)) - ndimage.minimum_filter(reference, (3, 3, 1))
+    share = float((off > 2.0 * tau + SAMPLING * around).any(axis=2).mean())
+    whole = float(np.maximum(off - SAMPLING * around, 0.0).sum() / max(float(reference.sum()), 1e-30))
+    if share < SHARE and whole < 2.0 * RELATIVE:
+        return False
+    if not noise.any():
+        return True
+    return float((np.maximum(off - tau, 0.0) ** 2 / np.maximum(noise, 1e-30))[noise > 0].sum()) > CERTAIN
+
+
+def _twin(group: Group, scene: Scene, verdict: Verdict) -> bool:
+    """Whether the fault that the verdict names, where it is another one, gives the very picture of the drawn one."""
+    named = next((each.name for each in verdict.findings if each.kind == "bug"), "")
+    fault = fault_of(group)
+    if not fault or not named or named in fault.right or named == "unexplained":
+        return False
+    clean = trace_picture(*configured(scene, ()), threads=1)
+    model = fault.model(scene, group.strength, group.draw("which"))
+    drawn = clean if model is None else trace_picture(*configured(scene, (model,)), threads=1)
+    drawn = fault.film(drawn, group.strength) if fault.film else drawn
+    if named == "black":
+        return not drawn.any()
+    others = [each.film(clean, group.strength) for each in FAULTS if each.name == named and each.film]
+    for each in models(scene):
+        if each.kind == "fault" and each.name == named:
+            other = each.at(group.strength) if each.at else each
+            others.append(trace_picture(*configured(scene, (other,)), threads=1))
+    return any(bool(np.allclose(each, drawn, rtol=1e-9, atol=1e-12)) for each in others)
+
+
+def _sequential(group: Group, scene: Scene, sub: Floats, declared: dict[str, Any]) -> dict[str, Any] | None:
+    """Seeds of 4 samples are added until two looks in a row say the same; for one group in four."""
+    if group.draw("sequential") % 4:
+        return None
+    condition = Condition("sequence", samples=4)
+    declaration: Declaration = replace(condition.declaration(), **declared)
+    fault = fault_of(group)
+    pictures = [
+        written(fault.film(each, group.strength) if fault and fault.film else each, condition)
+        for each in shoot(sub, condition, group.draw("sequence"), LOOKS[-1])
+    ]
+    before, used = "", LOOKS[-1]
+    for seeds in LOOKS:
+        word = judge(pictures[:seeds], scene, declaration, perceive=False, naming=False).verdict.word
+        used = seeds
+        if word == before and word != "inconclusive":
+            break
+        before = word
+    return {"word": before if used == LOOKS[-1] else word, "samples": used * 4 * scene.width * scene.height}

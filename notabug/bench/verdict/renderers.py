@@ -1,0 +1,129 @@
+"""The benchmark's pictures by POV-Ray and Mitsuba: the same faults, given to the renderer as a changed scene.
+
+Their models are separate code, so what fits our own renderer only by sharing a mistake with it does not fit them. They
+all are on the evaluation side.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from notabug.adapters.base import Quality, RendererMissingError, UnsupportedError
+from notabug.adapters.registry import adapters
+from notabug.bench.verdict.catalogue import FAULTS
+from notabug.bench.verdict.design import Group, Size, number
+from notabug.bench.verdict.exposure import said
+from notabug.bench.verdict.stage import resized
+from notabug.metrics.judge import judge
+from notabug.scenes_usd.picture import read_picture
+from notabug.scenes_usd.reader import read_scene
+
+RENDERERS = ("povray", "mitsuba")
+QUALITY = Quality(samples=0, seeds=(0, 1, 2, 3))
+INJECTED = (  # fault, strength, scene
+    ("light_gain", 1.02, "terminator/sphere"),
+    ("light_colour", 1.05, "mirror/corner"),
+    ("light_moved", 0.05, "terminator/sphere"),
+    ("light_up_axis", 1.0, "mirror/corner"),
+    ("albedo", 1.05, "terminator/sphere"),
+    ("flat_normals", 1.0, "terminator/sphere"),
+    ("normals_flipped", 1.0, "terminator/bowl"),
+    ("normals_swapped", 1.0, "terminator/sphere"),
+    ("normals_by_matrix", 1.0, "terminator/sphere"),
+    ("geometry_mirrored", 1.0, "terminator/bowl"),
+    ("object_missing", 1.0, "mirror/corner"),
+    ("materials_exchanged", 1.0, "mirror/corner"),
+    ("exponent", 1.3, "phong/floor_lobes"),
+    ("specular_gain", 1.1, "mirror/corner"),
+    ("specular_missing", 1.0, "mirror/corner"),
+    ("diffuse_missing", 1.0, "phong/floor_lobes"),
+    ("ior", 1.1, "acne/glass_slab"),
+    ("swapped_uv", 1.0, "texture/uneven_quad"),
+    ("flipped_v", 1.0, "texture/perspective_floor"),
+    ("shifted_uv", 1.0, "texture/uneven_quad"),
+    ("texture_decoded", 1.0, "texture/perspective_floor"),
+    ("field_of_view", 1.01, "terminator/sphere"),
+    ("aspect", 1.333, "mirror/corner"),
+    ("pixel_shift", 0.5, "mirror/corner"),
+)
+LIMITED = (  # what renderers show at their defaults: limitation, renderer, scene
+    ("facet_self_shadow", "povray", "terminator/sphere"),
+    ("facet_self_shadow", "mitsuba", "terminator/sphere"),
+    ("facet_self_shadow", "povray", "terminator/spacing"),
+    ("facet_self_shadow", "mitsuba", "terminator/bowl"),
+    ("quad_split_02", "povray", "texture/uneven_quad"),
+    ("quad_split_02", "mitsuba", "texture/uneven_quad"),
+)
+CLEAN = ("calibration/card", "texture/perspective_floor", "separation/cutoff", "mirror/corner", "phong/floor_lobes")
+
+
+def renderer_groups(size: Size) -> list[Group]:
+    """Every picture of the renderers that are installed; with the quick size a few of them."""
+    found = []
+    for name in RENDERERS:
+        try:
+            adapters()[name].find()
+        except (RendererMissingError, KeyError):
+            continue
+
+        def group(label: Any, fault: str, kind: str, strength: float, scene: str, name: str = name) -> Group:
+            return Group(label, fault, kind, strength, scene, (), 0, "evaluation", (name,), 2 * size.side)
+
+        kinds = {each.name: each.group for each in FAULTS}
+        found += [group("bug", fault, kinds[fault], s, scene) for fault, s, scene in INJECTED]
+        found += [group("limitation", each, "renderer", 1.0, scene) for each, who, scene in LIMITED if who == name]
+        found += [group("clean", "", "clean", 0.0, scene) for scene in CLEAN]
+    found.sort(key=lambda each: number("order", each.key()))
+    return found[:10] if size.name == "quick" else found
+
+
+def expose_renderer(group: Group) -> list[dict[str, Any]]:
+    """The record of one picture; none where the renderer cannot draw the scene."""
+    (name,) = group.conditions
+    adapter = adapters()[name]
+    scene = resized(read_scene(group.scene), group.pixels)
+    drawn = scene
+    fault = next((each for each in FAULTS if group.label == "bug" and each.name == group.name), None)
+    if fault is not None:
+        from notabug.bench.verdict.catalogue import staged
+
+        scene = drawn = staged(scene, fault.stage)
+        model = fault.model(scene, group.strength, group.draw("which"))
+        if model is not None:
+            drawn = model.edit(scene)
+    with tempfile.TemporaryDirectory(prefix="notabug-") as scratch:
+        try:
+            made = adapter.render(drawn, Path(scratch), QUALITY)
+        except UnsupportedError:
+            return []
+        pictures = [read_picture(each.image).pixels for each in made]
+    if fault is not None and group.name == "pixel_shift":  # half a pixel, by the mean of two neighbours
+        pictures = [(each + _moved(each)) / 2 for each in pictures]
+    declaration = replace(adapter.declaration(QUALITY))
+    verdict = judge(pictures, scene, declaration, perceive=False).verdict
+    return [
+        {
+            **group.as_dict(),
+            "condition": name,
+            "renderer": name,
+            "repeat": 0,
+            "shows": True,
+            "right": sorted(fault.right) if fault else [group.name],
+            "named": group.label == "bug",
+            **said(verdict),
+            "twin": False,
+            "seconds": 0.0,
+            "samples": sum(each.samples for each in made) * scene.width * scene.height,
+            "gates": {},
+            "sequential": None,
+        }
+    ]
+
+
+def _moved(picture: Any) -> Any:
+    import numpy as np
+
+    return np.pad(picture, ((0, 0), (1, 0), (0, 0)), mode="edge")[:, :-1]

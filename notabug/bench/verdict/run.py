@@ -1,0 +1,65 @@
+"""Exposes the groups of the design on all cores and keeps each group's records, so a stopped bench goes on."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+import notabug.bench.verdict
+import notabug.metrics
+import notabug.references
+from notabug.bench.verdict.design import Group
+from notabug.references.tracer.jit import cache_root, source_hash
+
+Record = dict[str, Any]
+Expose = Callable[[Group], list[Record]]
+
+
+def folder() -> Path:
+    """Where records are kept; another one for every version of the judge, the references and the bench."""
+    sources = (notabug.bench.verdict, notabug.metrics, notabug.references)
+    versions = [source_hash(Path(each.__path__[0])) for each in sources]
+    return cache_root() / "bench" / "-".join(versions)
+
+
+def kept(group: Group, within: Path) -> list[Record] | None:
+    """The records of ``group`` from an earlier run, or None."""
+    try:
+        found = json.loads((within / f"{group.key()}.json").read_text())
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, list) else None
+
+
+def run(groups: Sequence[Group], expose: Expose, within: Path, workers: int = 0) -> Iterator[list[Record]]:
+    """The records of every group: first those that are there, then the others as they are made."""
+    within.mkdir(parents=True, exist_ok=True)
+    waiting = []
+    for group in groups:
+        found = kept(group, within)
+        if found is None:
+            waiting.append(group)
+        else:
+            yield found
+    if not waiting:
+        return
+    workers = workers or os.cpu_count() or 1
+    context = multiprocessing.get_context("spawn")  # the kernels' threads do not survive a fork
+    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+        made = {pool.submit(expose, group): group for group in waiting}
+        try:
+            for each in as_completed(made):
+                records = each.result()
+                path = within / f"{made[each].key()}.json"
+                partial = path.with_suffix(f".{os.getpid()}.partial")
+                partial.write_text(json.dumps(records))
+                partial.replace(path)
+                yield records
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise

@@ -1,0 +1,253 @@
+"""Who does the jobs of a run: this process, some processes of this machine, or a Dask cluster."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack
+from types import FrameType, TracebackType
+from typing import Any, ClassVar, Protocol, TypeVar
+
+from notabug.scenes_usd.errors import NotabugError, SelectionError
+
+Job = TypeVar("Job")
+Made = TypeVar("Made")
+JOBS_PER_PROCESS = 4  # a process takes some seconds to start: with fewer jobs for it, it is not worth starting
+
+
+class Crew(Protocol):
+    """Does jobs, ``at_once`` at a time."""
+
+    at_hand: ClassVar[bool]
+    """Jobs are done in this process, so that they can be watched."""
+
+    @property
+    def at_once(self) -> int: ...
+
+    def document(self) -> dict[str, Any]:
+        """The ``jobs`` entry of ``run.json``."""
+        ...
+
+    def each(self, function: Callable[[Job], Made], jobs: Sequence[Job]) -> Iterator[tuple[int, Made | Exception]]:
+        """Each job's number and what ``function`` made of it, in the order in which they end."""
+        ...
+
+    def __enter__(self) -> Crew: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+
+class Alone:
+    """Jobs one after the other in this process."""
+
+    at_hand: ClassVar[bool] = True
+    at_once = 1
+
+    def document(self) -> dict[str, Any]:
+        return {"executor": "this process", "at_once": 1}
+
+    def each(self, function: Callable[[Job], Made], jobs: Sequence[Job]) -> Iterator[tuple[int, Made | Exception]]:
+        for index, job in enumerate(jobs):
+            yield index, function(job)
+
+    def __enter__(self) -> Alone:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        return None
+
+
+class Processes:
+    """Jobs in ``at_once`` processes of this machine.
+
+    When a process dies the jobs that were in hand are done again, each alone, so that the one at fault is known: it
+    is given up when it costs a second process, the others are not blamed.
+    """
+
+    at_hand: ClassVar[bool] = False
+
+    def __init__(self, at_once: int, threads: int) -> None:
+        self.at_once = at_once
+        self._threads = threads
+        self._pool: ProcessPoolExecutor | None = None
+
+    def document(self) -> dict[str, Any]:
+        return {"executor": "processes", "at_once": self.at_once}
+
+    def each(self, function: Callable[[Job], Made], jobs: Sequence[Job]) -> Iterator[tuple[int, Made | Exception]]:
+        waiting = deque(range(len(jobs)))
+        suspects: deque[int] = deque()
+        while waiting:
+            yield from self._round(function, jobs, waiting, suspects, self.at_once)
+            while suspects:
+                alone, found = deque([suspects.popleft()]), deque[int]()
+                yield from self._round(function, jobs, alone, found, 1)
+                for index in found:
+                    yield index, NotabugError("it ended two processes", where="this machine")
+
+    def _round(
+        self,
+        function: Callable[[Job], Made],
+        jobs: Sequence[Job],
+        waiting: deque[int],
+        suspects: deque[int],
+        at_once: int,
+    ) -> Iterator[tuple[int, Made | Exception]]:
+        """Do the ``waiting`` jobs until they are done or a process dies; then ``suspects`` gets those in hand."""
+        pool = self._open()
+        running: dict[Future[Made], int] = {}
+        while running or waiting:
+            while waiting and len(running) < at_once:
+                index = waiting.popleft()
+                try:
+                    running[pool.submit(function, jobs[index])] = index
+                except BrokenProcessPool:
+                    waiting.appendleft(index)
+                    break
+            ended, _ = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
+            broken = not ended
+            for future in ended:
+                index, error = running.pop(future), future.exception()
+                if isinstance(error, BrokenProcessPool):
+                    suspects.append(index)
+                    broken = True
+                elif isinstance(error, Exception):
+                    yield index, error
+                elif error is not None:
+                    raise error
+                else:
+                    yield index, future.result()
+            if broken:
+                suspects.extend(running.values())
+                self._close()
+                return
+
+    def _open(self) -> ProcessPoolExecutor:
+        if self._pool is None:
+            # Not fork: the parent holds locks of other threads by now.
+            context = multiprocessing.get_context("spawn")
+            self._pool = ProcessPoolExecutor(self.at_once, context, _begin, (self._threads,))
+        return self._pool
+
+    def _close(self) -> None:
+        if self._pool is not None:
+            self._pool.shutdown(wait=True, cancel_futures=True)
+            self._pool = None
+
+    def __enter__(self) -> Processes:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is not None and self._pool is not None:  # interrupted: what is in hand is dropped, renderers end
+            for each in list((getattr(self._pool, "_processes", None) or {}).values()):
+                each.terminate()
+        self._close()
+
+
+def _begin(threads: int) -> None:
+    """The start of a process: numba may use ``threads``; it ends, and its renderers with it, when its parent does."""
+    os.environ["NUMBA_NUM_THREADS"] = str(threads)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears it too and decides
+    signal.signal(signal.SIGTERM, _end)
+    threading.Thread(target=_outlive, daemon=True).start()
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    """End by an exception, so that what guards a renderer ends it."""
+    del frame
+    sys.exit(128 + number)
+
+
+def _outlive() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os.kill(os.getpid(), signal.SIGTERM)
+
+
+class Cluster:
+    """Jobs on the Dask cluster whose scheduler is at ``address``; its workers share the run's folder.
+
+    A worker that dies costs nothing but time: Dask gives its jobs to another one, up to three times.
+    """
+
+    at_hand: ClassVar[bool] = False
+
+    def __init__(self, address: str) -> None:
+        self._address = address
+        self._stack = ExitStack()
+        self._executor: Executor | None = None
+        self.at_once = 1
+
+    def document(self) -> dict[str, Any]:
+        return {"executor": f"dask://{self._address}", "at_once": self.at_once}
+
+    def each(self, function: Callable[[Job], Made], jobs: Sequence[Job]) -> Iterator[tuple[int, Made | Exception]]:
+        if self._executor is None:
+            raise RuntimeError("the cluster is not open")
+        futures = {self._executor.submit(function, job): index for index, job in enumerate(jobs)}
+        for future in concurrent.futures.as_completed(futures):
+            error = future.exception()
+            if error is not None and not isinstance(error, Exception):
+                raise error
+            yield futures[future], future.result() if error is None else error
+
+    def __enter__(self) -> Cluster:
+        try:
+            import distributed
+        except ImportError:
+            raise SelectionError(
+                "Dask is not installed", where="--executor", do="pip install 'notabug[dask]'"
+            ) from None
+        try:
+            dask: Any = distributed
+            client = self._stack.enter_context(dask.Client(f"tcp://{self._address}", timeout=10))
+        except OSError as error:
+            what = "no Dask scheduler answers"
+            raise SelectionError(what, where=f"--executor dask://{self._address}", got=str(error)) from error
+        self.at_once = max(1, sum(client.nthreads().values()))
+        self._executor = client.get_executor(pure=False)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._executor is not None:
+            self._executor.shutdown(wait=error is None, cancel_futures=True)
+        self._stack.close()
+
+
+def crew(executor: str, at_once: int, jobs: int) -> tuple[Crew, int]:
+    """The crew for a run of ``jobs`` jobs and the threads for each; ``at_once`` 0: as many as the machine is good for.
+
+    By default each job has a core of its own while several are done at once, so that jobs do not slow each other
+    down and the times stated are those of one core; a lone job has all cores.
+    """
+    if executor:
+        kind, separator, address = executor.partition("://")
+        if kind != "dask" or not separator or not address:
+            raise SelectionError("no such executor", where="--executor", expected="dask://host:port", got=executor)
+        return Cluster(address), 1
+    cores = cores_here()
+    at_once = at_once or max(1, min(cores, jobs // JOBS_PER_PROCESS))
+    threads = max(1, cores // at_once)
+    return (Alone(), 0) if at_once == 1 else (Processes(at_once, threads), threads)
+
+
+def cores_here() -> int:
+    """The cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

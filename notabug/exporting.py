@@ -1,0 +1,23 @@
+"""The ``export`` command: scenes in other formats, one folder for each variant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from notabug.adapters.export.formats import export
+from notabug.exit_codes import ExitCode
+from notabug.folders import scene_folder
+from notabug.progress import console
+from notabug.scenes_usd.reader import read_scene
+from notabug.selection import choose, parse_variants
+
+
+def command(scenes: Sequence[str], variants: Sequence[str], every_variant: bool, kind: str, out: Path) -> ExitCode:
+    """Write the selection as ``kind`` below ``out`` and print what a renderer is to open, a line each."""
+    for choice in choose(scenes, parse_variants(variants), every_variant=every_variant):
+        scene = read_scene(choice.source, choice.variants)
+        folder = scene_folder(out, choice.folder or choice.id, scene.variant)
+        folder.mkdir(parents=True, exist_ok=True)
+        console().print(str(export(scene, kind, folder)), markup=False, soft_wrap=True)
+    return ExitCode.OK

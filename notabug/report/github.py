@@ -1,0 +1,30 @@
+"""GitHub annotations of a run: one workflow command a line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from notabug.record import Result
+from notabug.report.sentence import scene_file, sentence, title
+
+
+def github(document: dict[str, Any], results: list[Result], out: Path) -> str:
+    """An error for what fails, a warning for what a gate lets pass though it was not expected."""
+    del document, out
+    lines = []
+    for each in results:
+        if each.fails or each.surprising or each.verdict.word == "error":
+            level = "error" if each.fails else "warning"
+            place = f"file={_value(scene_file(each))},title={_value(title(each))}"
+            lines.append(f"::{level} {place}::{_data(sentence(each))}")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _data(text: str) -> str:
+    """Escaped as the runner undoes it, so that no text ends the command or begins another one."""
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _value(text: str) -> str:
+    return _data(text).replace(":", "%3A").replace(",", "%2C")

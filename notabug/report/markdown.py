@@ -1,0 +1,54 @@
+"""A run as Markdown: the summary of a build's page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from notabug.metrics.verdict import GLYPH
+from notabug.record import Result
+from notabug.words import area, finding_names, number, strongest, tally
+
+_MARKS = re.compile(r"([\\`*_{}\[\]<>()#+\-.!|~&@])")
+
+
+def markdown(document: dict[str, Any], results: list[Result], out: Path) -> str:
+    """What fails, what was accepted, and the count of verdicts for each renderer."""
+    del out
+    gate = document.get("gate", {"unused": [], "file": ""})
+    failing = [each for each in results if each.fails]
+    known = [each for each in results if not each.fails and (each.because or each.surprising)]
+    lines = ["## notabug", "", f"{_plain(tally(each.verdict.word for each in results))}; {len(failing)} failing", ""]
+    lines += _table("Failing", failing)
+    lines += _table("Accepted, or other than expected", known)
+    lines += ["| renderer | verdicts |", "|---|---|"]
+    for renderer in dict.fromkeys(each.renderer for each in results):
+        words = tally(each.verdict.word for each in results if each.renderer == renderer)
+        lines.append(f"| {_plain(renderer)} | {_plain(words)} |")
+    lines += [
+        f"| {_plain(name)} | not installed: {_plain(found['missing'])} |"
+        for name, found in document["renderers"].items()
+        if "missing" in found
+    ]
+    if gate["unused"]:
+        lines += ["", f"{len(gate['unused'])} entries of {_plain(gate['file'])} met no result of this run."]
+    return "\n".join(lines) + "\n"
+
+
+def _table(name: str, results: Sequence[Result]) -> list[str]:
+    if not results:
+        return []
+    lines = [f"### {name}", "", "| | scene | variant | renderer | found | area px | jnd | state | |", "|---" * 9 + "|"]
+    for each in results:
+        note = each.because or each.verdict.message
+        cells = (GLYPH[each.verdict.word], each.scene, each.variant, each.renderer, finding_names(each))
+        sizes = (number(round(area(each), 1)), number(strongest(each), 2)) if each.verdict.findings else ("", "")
+        lines.append("| " + " | ".join(_plain(text) for text in (*cells, *sizes, each.state, note)) + " |")
+    return [*lines, ""]
+
+
+def _plain(text: str) -> str:
+    """``text`` as itself, whatever it would mean in Markdown or HTML."""
+    return _MARKS.sub(lambda mark: f"&#{ord(mark[1])};", " ".join(text.split()))

@@ -1,0 +1,58 @@
+"""Faults of texture lookup: colour space, wrap mode, channels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from notabug.references.models.model import Edit, Model
+from notabug.scenes_usd.scene import Floats, Scene, Texture
+
+_USD = "UsdUVTexture: sourceColorSpace, wrapS, wrapT"
+
+
+def models(scene: Scene) -> Iterator[Model]:
+    """Models of a scene with textured objects."""
+    if not any(scene.materials[each.material].texture >= 0 for each in scene.objects):
+        return
+    changes: list[tuple[str, str, Edit]] = [
+        ("texture_decoded", "the texture is decoded from sRGB once too often", pixels(decoded)),
+        ("texture_encoded", "the texture is not decoded from sRGB, or encoded once too often", pixels(encoded)),
+        ("texture_channels_swapped", "red and blue of the texture are exchanged", pixels(lambda each: each[..., ::-1])),
+        (
+            "texture_wrap",
+            "the texture repeats where it should be clamped, or the other way round",
+            _textures(_unwrapped),
+        ),
+    ]
+    for name, claim, edit in changes:
+        yield Model(name=name, kind="fault", claim=claim, cites=_USD, edit=edit)
+
+
+def decoded(values: Floats) -> Floats:
+    """IEC 61966-2-1, encoded to linear."""
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def encoded(values: Floats) -> Floats:
+    """IEC 61966-2-1, linear to encoded."""
+    return np.where(values <= 0.0031308, 12.92 * values, 1.055 * np.maximum(values, 0.0) ** (1 / 2.4) - 0.055)
+
+
+def pixels(change: Callable[[Floats], Floats]) -> Edit:
+    """An edit of the texels (h, w, 3) of every texture."""
+    return _textures(lambda each: replace(each, pixels=np.ascontiguousarray(change(each.pixels))))
+
+
+def _textures(change: Callable[[Texture], Texture]) -> Edit:
+    return lambda scene: replace(scene, textures=tuple(change(each) for each in scene.textures))
+
+
+def _unwrapped(texture: Texture) -> Texture:
+    return replace(
+        texture,
+        wrap_s="repeat" if texture.wrap_s == "clamp" else "clamp",
+        wrap_t="repeat" if texture.wrap_t == "clamp" else "clamp",
+    )

@@ -1,0 +1,1 @@
+"""The workarounds: what the paper proposes against each artifact, as data, one artifact class a file."""

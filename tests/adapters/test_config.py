@@ -1,0 +1,280 @@
+"""The configuration file: which one counts, what a table becomes, and what is said of a wrong one."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import notabug.adapters.registry as registry
+from notabug.adapters import settings as typed
+from notabug.adapters.base import Adapter, Quality, RendererError, RendererMissingError, UnsupportedError
+from notabug.adapters.command import Command
+from notabug.adapters.config import ConfigError, Table, find_config, renderer_tables
+from notabug.adapters.configured import _COMMAND_KEYS, _LIMIT_KEYS, configured
+from notabug.adapters.declared import KEYS
+from notabug.adapters.files import Files
+from notabug.adapters.zbuffer import ZBuffer
+from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.picture import read_picture, write_exr, write_png
+from notabug.scenes_usd.reader import read_scene
+
+GOOD = {"command": ["./render", "{scene}", "{image}"]}
+
+
+def table(folder: Path = Path(), **values: Any) -> Table:
+    return Table(values, "notabug.toml.renderers.mine", folder)
+
+
+def test_the_nearest_file_counts_and_notabug_toml_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("NOTABUG_CONFIG", raising=False)
+    inner = tmp_path / "a" / "b"
+    inner.mkdir(parents=True)
+    above, shared, own = tmp_path / "notabug.toml", tmp_path / "a" / "pyproject.toml", tmp_path / "a" / "notabug.toml"
+    above.write_text("")
+    shared.write_text('[project]\nname = "notabug-user"\n')
+    assert find_config(inner) == above, "a pyproject.toml of other things does not count"
+    shared.write_text("[tool.notabug.renderers.mine]\ncommand = []\n")
+    assert find_config(inner) == shared
+    own.write_text("")
+    assert find_config(inner) == own
+    monkeypatch.setenv("NOTABUG_CONFIG", str(above))
+    assert find_config(inner) == above
+
+
+def test_both_files_say_the_same(tmp_path: Path) -> None:
+    (tmp_path / "notabug.toml").write_text('[renderers.mine]\ncommand = ["x"]\n')
+    (tmp_path / "pyproject.toml").write_text('[tool.notabug.renderers.mine]\ncommand = ["x"]\n')
+    one, other = (renderer_tables(tmp_path / name)["mine"] for name in ("notabug.toml", "pyproject.toml"))
+    assert one.values == other.values == {"command": ["x"]}
+    assert one.folder == other.folder == tmp_path.resolve()
+
+
+def test_a_full_table_becomes_a_command(tmp_path: Path) -> None:
+    made = configured(
+        "mine",
+        table(
+            tmp_path,
+            **GOOD,
+            scene="gltf",
+            image="png",
+            pixels="uint16",
+            encoding="srgb",
+            precision="float64",
+            filter="gaussian",
+            radius=1.5,
+            noisy=True,
+            capabilities=["mesh"],
+            environment={"THREADS": "{threads}"},
+            timeout=12,
+            cpu=30,
+            memory="1.5 GiB",
+            output=1000,
+            retries=2,
+            samples=64,
+            version="2.1",
+            depth="fixed24",
+        ),
+        {},
+    )
+    assert isinstance(made, Command)
+    declared = made.declaration(Quality())
+    assert (declared.precision, declared.filter, declared.radius, declared.noisy) == ("float64", "gaussian", 1.5, True)
+    assert (declared.ngon_split, declared.depth, declared.relative_quantum) == ("02", "fixed24", False)
+    assert declared.quantum == pytest.approx(2.4 / 1.055 / 65535)
+    assert (made.limits.memory, made.limits.output, made.limits.cpu) == (3 << 29, 1000, 30)
+    assert (made.timeout, made.retries, made.samples, made.capabilities) == (12, 2, 64, {"mesh"})
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ({**GOOD, "comand": 1}, "unknown key 'comand'.*did you mean 'command'"),
+        ({**GOOD, "presicion": "float32"}, "did you mean 'precision'"),
+        ({"command": "render {scene}"}, "not a list"),
+        ({"command": []}, "empty"),
+        ({}, "command: missing"),
+        ({"command": ["./render", "{scene}"]}, "does not name {image}"),
+        ({"command": ["./render", "{scene}", "{image}", "{sample}"]}, "unknown placeholder '{sample}'"),
+        ({"command": ["./render", "{scene.__class__}", "{image}"]}, "unknown placeholder"),
+        ({"command": ["./render", "{scene}", "{image}", "a}b"]}, "unknown placeholder '}'"),
+        ({"command": ["./render", "{scene}\0", "{image}"]}, "not a list of strings"),
+        ({**GOOD, "scene": "fbx"}, "scene: .*expected one of json"),
+        ({**GOOD, "precision": "float16"}, "precision: .*float32, float64"),
+        ({**GOOD, "timeout": -1}, "timeout: not a number in its range"),
+        ({**GOOD, "timeout": float("nan")}, "timeout: not a number in its range"),
+        ({**GOOD, "noisy": "yes"}, "noisy: not a truth value"),
+        ({**GOOD, "memory": "2 bananas"}, "memory: not a size"),
+        ({**GOOD, "capabilities": ["meshes"]}, "unknown capability 'meshes'"),
+        ({**GOOD, "environment": {"A=B": "1"}}, "not a name of a variable"),
+        ({**GOOD, "environment": "A=1"}, "environment: not a table"),
+        ({"adapter": "nothing"}, "adapter: .*got 'nothing'"),
+        ({"adapter": "zbuffer", "dept": "fixed16"}, "did you mean 'depth'"),
+        ({"adapter": "zbuffer", "depth": "fixed12"}, "depth: .*fixed16"),
+    ],
+)
+def test_a_wrong_table_is_refused_by_key(values: dict[str, Any], says: str) -> None:
+    with pytest.raises(ConfigError, match=says) as error:
+        configured("mine", table(**values), {"zbuffer": ZBuffer()})
+    assert "notabug.toml.renderers.mine" in str(error.value)
+
+
+def test_a_known_adapter_can_be_set_under_another_name() -> None:
+    made = configured("coarse", table(adapter="zbuffer", depth="fixed16"), {"zbuffer": ZBuffer()})
+    assert isinstance(made, ZBuffer)
+    assert (made.name, made.depth) == ("coarse", "fixed16")
+
+
+@pytest.mark.parametrize("text", ["[renderers", "renderers = 3", "[renderers]\nmine = 3", '[renderers."a/b"]', "x = 1"])
+def test_a_wrong_file_is_refused(text: str, tmp_path: Path) -> None:
+    (tmp_path / "notabug.toml").write_text(text)
+    with pytest.raises(ConfigError, match=r"notabug\.toml"):
+        renderer_tables(tmp_path / "notabug.toml")
+
+
+@given(st.text(max_size=40), st.text(max_size=40))
+def test_what_a_value_holds_is_not_read_again(one: str, other: str) -> None:
+    filled = typed.filled("{scene}|{image}", {"scene": one, "image": other})
+    assert filled == f"{one}|{other}"
+
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
+    max_leaves=6,
+)
+NAMES = st.sampled_from(
+    ["command", "files", "adapter", "scene", "memory", "environment", "radius", "filter", "version"]
+)
+
+
+@settings(max_examples=300)
+@given(st.dictionaries(NAMES | st.text(max_size=10), VALUES, max_size=4))
+def test_any_table_is_an_adapter_or_a_clear_error(values: dict[str, Any]) -> None:
+    with contextlib.suppress(ConfigError):
+        configured("mine", table(**values), {"zbuffer": ZBuffer()})
+
+
+@settings(max_examples=200)
+@given(st.binary(max_size=200) | st.text(max_size=200).map(lambda text: text.encode("utf-8", "surrogatepass")))
+def test_any_bytes_are_a_configuration_or_a_clear_error(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
+    path = tmp_path_factory.getbasetemp() / "fuzz-notabug.toml"
+    path.write_bytes(data)
+    with contextlib.suppress(ConfigError):
+        renderer_tables(path)
+
+
+def echo(folder: Path, **values: Any) -> Adapter:
+    """A renderer that prints its words and environment and draws nothing."""
+    code = "import os, sys; print(sys.argv[1:], os.environ.get('GIVEN'))"
+    return configured(
+        "echo", table(folder, command=[sys.executable, "-c", code, "{scene}", "{image}", "$HOME; `x`"], **values), {}
+    )
+
+
+def test_no_shell_reads_the_command(tmp_path: Path) -> None:
+    adapter = echo(tmp_path, environment={"GIVEN": "{width}x{height} $HOME"})
+    with pytest.raises(RendererError) as error:
+        adapter.render(read_scene("calibration/plain_card"), tmp_path, Quality())
+    assert "'$HOME; `x`'" in error.value.log
+    assert "256x256 $HOME" in error.value.log
+
+
+def test_a_program_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(RendererMissingError, match=r"no executable '\./render'"):
+        configured("mine", table(tmp_path, **GOOD), {}).find()
+
+
+def test_a_changed_program_is_another_version(tmp_path: Path) -> None:
+    program = tmp_path / "render"
+    program.write_text("#!/bin/sh\n")
+    program.chmod(0o755)
+    adapter = configured("mine", table(tmp_path, **GOOD), {})
+    first = adapter.find().version
+    program.write_text("#!/bin/sh\n# changed\n")
+    assert adapter.find().version != first
+
+
+def test_files_are_matched_by_name(tmp_path: Path) -> None:
+    card, ball = read_scene("calibration/card"), read_scene("terminator/sphere", {"tessellation": "8x4"})
+    adapter = configured("mine", table(tmp_path, files="pictures", filter="box", noisy=True), {})
+    with pytest.raises(RendererMissingError, match="no such folder"):
+        adapter.find()
+    out = tmp_path / "out"
+    out.mkdir()
+    for name, value in (
+        ("calibration/card.exr", 1.0),
+        ("terminator/sphere.exr", 2.0),
+        ("terminator/sphere/tessellation=8x4/a.exr", 3.0),
+        ("terminator/sphere/tessellation=8x4/b.exr", 4.0),
+    ):
+        path = tmp_path / "pictures" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_exr(path, np.full((4, 4, 3), value))
+
+    def drawn(scene: Any) -> list[float]:
+        return [float(read_picture(each.image).pixels[0, 0, 0]) for each in adapter.render(scene, out, Quality())]
+
+    assert drawn(card) == [1.0]
+    assert drawn(ball) == [3.0, 4.0]
+    assert drawn(read_scene("terminator/sphere")) == [2.0]
+    with pytest.raises(RendererError, match="no picture of this scene"):
+        drawn(read_scene("terminator/sphere", {"tessellation": "96x48"}))
+    with pytest.raises(UnsupportedError, match="no picture of this scene"):
+        drawn(read_scene("calibration/plain_card"))
+    assert isinstance(adapter, Files)
+
+
+def test_a_coarser_file_than_declared_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "pictures" / "calibration").mkdir(parents=True)
+    (tmp_path / "out").mkdir()
+    write_png(tmp_path / "pictures" / "calibration" / "card.png", np.zeros((4, 4, 3)))
+    scene = read_scene("calibration/card")
+    with pytest.raises(RendererError, match="coarser than the declared float"):
+        configured("mine", table(tmp_path, files="pictures"), {}).render(scene, tmp_path / "out", Quality())
+    fine = configured("mine", table(tmp_path, files="pictures", pixels="uint16"), {})
+    assert len(fine.render(scene, tmp_path / "out", Quality())) == 1
+
+
+@dataclass(frozen=True)
+class Plugged(ZBuffer):
+    """An adapter from somebody else's package."""
+
+    name: str = "plugged"
+
+
+def test_entry_points_bring_adapters_and_a_broken_one_harms_nobody(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    points = [
+        EntryPoint("plugged", f"{__name__}:Plugged", registry.GROUP),
+        EntryPoint("broken", "no_such_module:adapter", registry.GROUP),
+    ]
+    monkeypatch.setattr(registry, "entry_points", lambda group: points if group == registry.GROUP else [])
+    monkeypatch.setitem(sys.modules, __name__, sys.modules.get(__name__) or __import__("types").ModuleType(__name__))
+    monkeypatch.setattr(sys.modules[__name__], "Plugged", Plugged, raising=False)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "notabug.toml").write_text('[renderers.mine]\ncommand = ["x", "{scene}", "{image}"]\n')
+    found = registry.adapters()
+    assert {"plugged", "broken", "mine", "povray"} <= set(found)
+    assert found["plugged"].find().version
+    with pytest.raises(RendererMissingError, match="no_such_module"):
+        found["broken"].find()
+    with pytest.raises(NotabugError):
+        found["mine"].find()
+
+
+def test_the_manual_names_every_key_and_placeholder() -> None:
+    manual = (Path(__file__).resolve().parents[2] / "docs" / "your-renderer.md").read_text(encoding="utf-8")
+    keys = {*_COMMAND_KEYS, *_LIMIT_KEYS, *KEYS, "files", "adapter"}
+    missing = {key for key in keys if f"`{key}`" not in manual and f"\n{key} = " not in manual}
+    assert missing == set()
+    assert [hole for hole in typed.PLACEHOLDERS if f"{{{hole}}}" not in manual] == []

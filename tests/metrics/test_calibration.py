@@ -1,0 +1,101 @@
+"""Reading the card: each fault by its name and number, two at once, and a renderer's own bug by none."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy import ndimage
+
+from notabug.adapters.base import Declaration
+from notabug.metrics.calibration import read_card
+from notabug.metrics.causes import encoded, zoomed
+from notabug.references.predict import predict
+from notabug.references.tracer.envelope import Envelope
+from notabug.scenes_usd.reader import read_scene
+
+Floats = npt.NDArray[np.float64]
+BOX = Declaration("float32", "box", 0.5, 2.0**-24, relative_quantum=True, noisy=False)
+
+
+CARD, PLAIN = "calibration/card", "calibration/plain_card"
+
+
+@pytest.fixture(scope="module")
+def cards() -> dict[str, Envelope]:
+    return {name: predict(read_scene(name)) for name in (CARD, PLAIN)}
+
+
+@pytest.fixture
+def card(cards: dict[str, Envelope], request: Any) -> Envelope:
+    return cards[getattr(request, "param", CARD)]
+
+
+def shifted(a: Floats) -> Floats:
+    return np.asarray(ndimage.shift(a, (0.5, 0.5, 0), order=1, mode="nearest"))
+
+
+FAULTS: dict[str, tuple[Callable[[Floats], Floats], tuple[str, ...], str]] = {
+    "right": (lambda a: a, (), ""),
+    "flipped": (lambda a: a[::-1], ("upside_down",), "top row first"),
+    "mirrored": (lambda a: a[:, ::-1], ("mirrored",), "x axis"),
+    "rotated": (lambda a: a[::-1, ::-1], ("rotated",), "180 degrees"),
+    "bgr": (lambda a: a[..., ::-1], ("channels_swapped",), "bgr"),
+    "no 1/pi": (lambda a: a * math.pi, ("light_gain",), "3.1416 .* a 1/pi is missing"),
+    "half": (lambda a: a * 0.5, ("light_gain",), "0.5000 times as bright"),
+    "clipped": (lambda a: np.clip(2 * a, 0, 1), ("light_gain",), "2.0000 times"),
+    "srgb": (encoded, ("srgb_encoded",), 'encoding = "srgb"'),
+    "gamma": (lambda a: np.clip(a, 0, 1) ** (1 / 2.2), ("gamma",), "power 0.455"),
+    "shift": (shifted, ("pixel_shift",), r"\(\+0.50, \+0.50\)"),
+    "wide": (lambda a: zoomed(a, 0.95), ("field_of_view",), "0.9498|0.95"),
+    "narrow": (lambda a: zoomed(a, 1.2), ("field_of_view",), "1.20|1.1999"),
+    "blurred": (lambda a: np.asarray(ndimage.gaussian_filter(a, (1, 1, 0))), ("filter_undeclared",), "1.04 pixels"),
+    "flipped, sRGB": (lambda a: encoded(a)[::-1], ("upside_down", "srgb_encoded"), "top row first.*sRGB"),
+    "narrow, no 1/pi": (lambda a: zoomed(a, 1.2) * math.pi, ("field_of_view", "light_gain"), "1/pi"),
+    "black": (lambda a: 0 * a, ("black",), "black"),
+}
+
+
+@pytest.mark.parametrize(
+    ("fault", "card"),
+    [*((each, CARD) for each in FAULTS), *((each, PLAIN) for each in ("right", "flipped", "clipped", "srgb"))],
+    indirect=["card"],
+)
+def test_each_fault_is_read_by_its_name(fault: str, card: Envelope) -> None:
+    change, causes, says = FAULTS[fault]
+    reading = read_card([change(np.asarray(card.mean, np.float64))], card, BOX)
+    assert reading.causes == causes
+    assert re.search(says, reading.sentence)
+
+
+@pytest.mark.parametrize("card", [CARD, PLAIN], indirect=True)
+@pytest.mark.parametrize(
+    "bug",
+    [
+        lambda a: np.where(a > 0.5, 0.8 * a, a),
+        lambda a: np.where(np.arange(256)[:, None, None] < 128, 0.7 * a, a),
+        lambda a: a + 0.3 * np.indices(a.shape)[0] / 256,
+        lambda a: np.full_like(a, 0.25),
+    ],
+    ids=["albedo", "half lit", "gradient", "one colour"],
+)
+def test_a_renderers_own_bug_is_no_fault_of_the_adapter(bug: Callable[[Floats], Floats], card: Envelope) -> None:
+    assert read_card([bug(np.asarray(card.mean, np.float64))], card, BOX).causes == ()
+
+
+def test_noise_and_the_lack_of_it_are_read(card: Envelope) -> None:
+    random = np.random.default_rng(0)
+    value = np.asarray(card.mean, np.float64)
+    seeds = [value * (1 + 0.05 * random.normal(size=value.shape)).clip(0) for _ in range(4)]
+    assert read_card(seeds, card, BOX).noise == pytest.approx(0.05, rel=0.2)
+    assert read_card([value], card, BOX, repeats=True).causes == ()
+    assert read_card([value], card, BOX, repeats=False).causes == ("noise_undeclared",)
+
+
+def test_a_picture_of_another_size_is_named(card: Envelope) -> None:
+    assert read_card([np.zeros((4, 4, 3))], card, BOX).causes == ("wrong_size",)

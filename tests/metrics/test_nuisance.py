@@ -1,0 +1,72 @@
+"""Fireflies are noise, gains of one channel are found, rounding and filters are no gain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from notabug.adapters.base import Declaration
+from notabug.metrics.admissible import Admissible, Floats, filtered, widening
+from notabug.metrics.noise import measure
+from notabug.metrics.nuisance import nuisance
+from notabug.metrics.significance import significance
+
+SIDE = 64
+NONE = np.zeros((SIDE, SIDE), bool)
+
+
+def ramp() -> Floats:
+    values = np.linspace(0.2, 0.8, SIDE)
+    return np.broadcast_to(values[None, :, None], (SIDE, SIDE, 3)).copy()
+
+
+def target(value: Floats, slack: float = 5e-4) -> Admissible:
+    return Admissible(value, value, value, 0.004 * value + slack, NONE, np.zeros((SIDE, SIDE)))
+
+
+def noisy(value: Floats, seeds: int = 4) -> list[Floats]:
+    rng = np.random.default_rng(1)
+    return [value * rng.normal(1.0, 0.05, value.shape) for _ in range(seeds)]
+
+
+def test_a_firefly_in_one_seed_is_noise_and_a_wrong_pixel_in_all_is_not() -> None:
+    value = ramp()
+    pictures = noisy(value)
+    pictures[0][10, 10] += 5.0
+    measured = measure(pictures, NONE)
+    assert not significance(measured.mean - value, measured, target(value)).pixels.any()
+    for each in pictures:
+        each[40, 40] *= 0.3
+    measured = measure(pictures, NONE)
+    wrong = significance(measured.mean - value, measured, target(value)).pixels
+    assert np.argwhere(wrong).tolist() == [[40, 40]]
+
+
+@pytest.mark.parametrize("channel", [0, 1, 2])
+def test_a_gain_of_one_channel_is_found(channel: int) -> None:
+    value = ramp()
+    gains = np.where(np.arange(3) == channel, 1.02, 1.0)
+    assert not nuisance(measure(noisy(value), NONE), target(value), NONE).gained
+    assert nuisance(measure(noisy(value * gains), NONE), target(value), NONE).gained
+
+
+def test_rounding_a_flat_picture_is_no_gain() -> None:
+    value = np.full((SIDE, SIDE, 3), 0.3)
+    rounded = value + 0.004  # half a step of 8-bit sRGB
+    assert not nuisance(measure([rounded], NONE), target(value, 0.005), NONE).gained
+    assert nuisance(measure([rounded], NONE), target(value), NONE).gained
+
+
+@pytest.mark.parametrize(
+    ("name", "radius", "variance"),
+    [("tent", 1.0, 1 / 6 - 1 / 12), ("gaussian", 4.0, 0.25 - 1 / 12), ("box", 0.5, 0.0), ("unknown", 2.0, 0.0)],
+)
+def test_a_filter_widens_by_its_second_moment(name: str, radius: float, variance: float) -> None:
+    declaration = Declaration("float64", name, radius, 0.0, True, False)  # type: ignore[arg-type]
+    assert widening(declaration) == pytest.approx(variance, abs=1e-4)
+    dot = np.zeros((9, 9, 3))
+    dot[4, 4] = 1.0
+    spread = filtered(dot, variance)[..., 0]
+    x = np.arange(9) - 4.0
+    assert spread.sum() == pytest.approx(1.0)
+    assert (spread.sum(axis=0) * x * x).sum() == pytest.approx(variance)

@@ -1,0 +1,145 @@
+"""Runs as build servers take them: JUnit, GitHub, Markdown, SARIF; merging and comparing runs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import junitparser
+import pytest
+
+from notabug.comparing import compare
+from notabug.merging import MergeError, merge
+from notabug.metrics.verdict import Finding, Verdict
+from notabug.record import Result
+from notabug.selection import Choice, part
+
+NASTY = "a]]>\x00<b>\n::error::x|`%"
+
+
+@pytest.fixture
+def ran(door: Any) -> Any:
+    """A run with a bug, an error, a limitation, a pass, an unsupported scene and a renderer that is missing."""
+    door.renderers["gone"] = type(door.grey)("gone", install="apt install gone", installed=False)
+    found = Finding("bug", "flat_normals", 40.0, (0, 0, 9, 9), jnd=3.0, message=NASTY)
+    limited = Finding("limitation", "quad_split", 9.0, (0, 0, 9, 9))
+    door.judge.verdicts |= {
+        "terminator/sphere": Verdict("bug", (found,), message=NASTY),
+        "terminator/bowl": Verdict("error", message="broke"),
+        "texture/uneven_quad": Verdict("limitation", (limited,)),
+        "mirror/corner": Verdict("unsupported", message="no mirrors"),
+    }
+    scenes = ("terminator/sphere", "terminator/bowl", "texture/uneven_quad", "mirror/corner", "acne/sphere")
+    assert door.run(*scenes) == 1
+    return door
+
+
+def test_junit_is_read_by_others(ran: Any, tmp_path: Path) -> None:
+    assert ran("report", str(ran.out), "--to", "junit") == 0
+    read: Any = junitparser.JUnitXml.fromstring(ran.stdout.encode())
+    suite, missing = read
+    assert (suite.tests, suite.failures, suite.errors, suite.skipped) == (5, 1, 1, 1)
+    assert (missing.tests, missing.skipped) == (1, 1)
+    kinds = {case.name: [type(each).__name__ for each in case.result] for case in suite}
+    assert kinds["terminator/sphere[tessellation=24x12]"] == ["Failure"]
+    assert [each for name, each in kinds.items() if name.startswith("terminator/bowl")] == [["Error"]]
+    assert sum(bool(each) for each in kinds.values()) == 3
+    before = (suite.tests, suite.failures, suite.errors, suite.skipped)
+    suite.update_statistics()  # counted again from the cases
+    assert (suite.tests, suite.failures, suite.errors, suite.skipped) == before
+
+
+def test_github_gets_one_command_a_line(ran: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    summary = tmp_path / "summary.md"
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(summary))
+    assert ran("report", str(ran.out), "--to", "github") == 0
+    lines = ran.stdout.splitlines()
+    assert [line.partition(" ")[0] for line in lines if "sphere" in line or "bowl" in line] == ["::error", "::error"]
+    assert all(line.startswith(("::error file=", "::warning file=")) for line in lines)
+    assert "file=scenes_usd/terminator/sphere.usda" in ran.stdout
+    assert "%25" in ran.stdout
+    assert "flat normals" in summary.read_text()
+
+
+def test_markdown_holds_no_markup_of_the_results(ran: Any) -> None:
+    assert ran("report", str(ran.out), "--to", "markdown") == 0
+    assert "<b>" not in ran.stdout
+    assert "2 failing" in ran.stdout
+    rows = [line for line in ran.stdout.splitlines() if line.startswith("| ✗")]
+    assert len(rows) == 1
+    assert rows[0].count("|") == 10
+
+
+def test_sarif_is_of_the_schema(ran: Any) -> None:
+    from pydantic import ValidationError
+    from pydantic_sarif.model import StaticAnalysisResultsFormatSarifVersion210JsonSchema as Sarif
+
+    assert ran("report", str(ran.out), "--to", "sarif") == 0
+    document = json.loads(ran.stdout)
+    Sarif.model_validate(document)
+    (run,) = document["runs"]
+    assert {(each["ruleId"], each["level"]) for each in run["results"]} == {
+        ("bug/flat_normals", "error"),
+        ("error", "error"),
+        ("limitation/quad_split", "note"),
+    }
+    assert all(run["tool"]["driver"]["rules"][each["ruleIndex"]]["id"] == each["ruleId"] for each in run["results"])
+    run["results"][0]["level"] = "fatal"
+    with pytest.raises(ValidationError):
+        Sarif.model_validate(document)
+
+
+def test_shards_are_a_partition_and_merge_to_the_whole(door: Any, tmp_path: Path) -> None:
+    choices = [Choice(f"a/{index}", f"a/{index}") for index in range(100)]
+    shards = [part(choices, f"{index}/8") for index in range(1, 9)]
+    assert sorted(each.id for shard in shards for each in shard) == sorted(each.id for each in choices)
+    assert max(map(len, shards)) < 30
+    assert part(choices[:50], "3/8") == [each for each in shards[2] if each in choices[:50]]
+    scenes = ("terminator/sphere", "terminator/bowl", "texture/uneven_quad", "mirror/corner")
+    door.judge.verdicts["terminator/bowl"] = Verdict("bug", message="x")
+    codes = [door("run", *scenes, "--out", f"part{index}", "--shard", f"{index}/3") for index in (1, 2, 3)]
+    assert sorted(codes) == [0, 0, 1]
+    assert door("merge", "part1", "part2", "part3", "--out", "whole") == 1
+    whole = json.loads(Path("whole/run.json").read_text())
+    assert sorted(each["scene"] for each in whole["results"]) == sorted(scenes)
+    assert all((Path("whole") / each["image"]).is_file() for each in whole["results"])
+    assert Path("whole/report.html").is_file()
+    assert door("run", *scenes, "--shard", "4/3") == 2
+
+
+def test_what_does_not_belong_together_is_not_merged(door: Any, tmp_path: Path) -> None:
+    door("run", "terminator/sphere", "--out", "one")
+    door.judge.verdicts["terminator/sphere"] = Verdict("bug", message="x")
+    door("run", "terminator/sphere", "--out", "two")
+    with pytest.raises(MergeError, match="two results for one job"):
+        merge([Path("one"), Path("two")], tmp_path / "whole")
+    record = Path("two/run.json")
+    record.write_text(record.read_text().replace('"models": "', '"models": "x'))
+    with pytest.raises(MergeError, match="different models"):
+        merge([Path("one"), Path("two")], tmp_path / "whole")
+    record = Path("one/run.json")
+    record.write_text(record.read_text().replace('"image": "', '"image": "../'))
+    with pytest.raises(MergeError, match="outside"):
+        merge([Path("one")], tmp_path / "whole")
+
+
+def test_changes_are_sorted_worst_first(door: Any) -> None:
+    def one(scene: str, word: Any, area: float = 0.0) -> Result:
+        found = (Finding(word, "acne", area, (0, 0, 1, 1), jnd=1.0),) if area else ()
+        return Result(scene, "", "r", "1", Verdict(word, found))
+
+    before = [one("a", "limitation", 9.0), one("b", "pass"), one("c", "bug", 9.0), one("d", "pass"), one("e", "pass")]
+    after = [one("a", "limitation", 12.0), one("b", "bug", 5.0), one("c", "pass"), one("d", "pass"), one("f", "pass")]
+    changes = compare(before, after)
+    assert [(each.scene, each.worse) for each in changes] == [
+        ("b", True),
+        ("a", True),
+        ("e", False),
+        ("f", False),
+        ("c", False),
+    ]
+    assert compare(after, after) == []
+    slightly = replace(after[0], verdict=one("a", "limitation", 12.0 + 1e-6).verdict)
+    assert compare(after[:1], [slightly]) == []

@@ -1,0 +1,101 @@
+"""A run that is killed goes on where it was; two runs in one folder do not mix."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from notabug.adapters.export.formats import write_pfm
+from notabug.references.predict import predict
+from notabug.scenes_usd.reader import find, read_scene
+
+pytestmark = pytest.mark.slow
+
+PROGRAM = Path(__file__).with_name("misbehaving.py")
+NAMES = tuple(f"scene{index}" for index in range(8))
+
+
+@pytest.fixture
+def here(tmp_path: Path) -> Path:
+    """Eight small scenes and a renderer that takes a fifth of a second for each and notes each call."""
+    pictures = tmp_path / "pictures"
+    pictures.mkdir()
+    text = find("calibration/plain_card").read_text(encoding="utf-8").replace("(256, 256)", "(32, 32)")
+    for name in NAMES:
+        (tmp_path / f"{name}.usda").write_text(text, encoding="utf-8")
+    small = predict(read_scene(tmp_path / "scene0.usda")).point.astype(np.float64)
+    for name in NAMES:
+        write_pfm(pictures / f"{name}.pfm", small)
+    card = predict(read_scene("calibration/plain_card")).point.astype(np.float64)
+    write_pfm(pictures / "calibration-plain_card.pfm", card)
+    (tmp_path / "notabug.toml").write_text(
+        f"""
+        [renderers.slow]
+        command = ["{sys.executable}", "-S", "-E", "{PROGRAM}", "{{scene}}", "{{image}}", "{{folder}}/pictures"]
+        image = "pfm"
+        filter = "point"
+        capabilities = ["mesh", "distant_light", "shadows"]
+        environment = {{ PAUSE = "0.2" }}
+        """
+    )
+    return tmp_path
+
+
+def start(here: Path) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "notabug.cli", "run", "-r", "slow", *(f"{name}.usda" for name in NAMES)]
+    return subprocess.Popen(command, cwd=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def calls(here: Path) -> Counter[str]:
+    log = here / "pictures" / "calls.txt"
+    return Counter(log.read_text().split() if log.is_file() else [])
+
+
+def wait_for(here: Path, number: int) -> None:
+    for _ in range(3000):
+        if calls(here).total() >= number:
+            return
+        time.sleep(0.02)
+    raise AssertionError(f"{number} calls were never made")
+
+
+def test_nothing_that_was_finished_is_drawn_again(here: Path) -> None:
+    first = start(here)
+    wait_for(here, 5)
+    first.send_signal(signal.SIGKILL)
+    first.communicate()
+    assert first.returncode == -signal.SIGKILL
+    before = calls(here)
+    finished = {json.loads(path.read_text())["result"]["scene"] for path in (here / "notabug-out").rglob("result.json")}
+    assert finished
+    for path in (here / "notabug-out").rglob("*.json"):
+        json.loads(path.read_text())  # whole, every one of them
+    second = start(here)
+    _, log = second.communicate()
+    assert second.returncode == 0, log
+    again = calls(here) - before
+    assert not {"-".join(each.split("/")) for each in finished} & set(again)
+    assert set(before + again) == {*NAMES, "calibration-plain_card"}
+    results = json.loads((here / "notabug-out" / "run.json").read_text())["results"]
+    assert Counter(each["verdict"] for each in results) == {"pass": len(NAMES)}
+
+
+def test_a_second_run_in_the_folder_is_refused(here: Path) -> None:
+    first = start(here)
+    wait_for(here, 1)
+    second = start(here)
+    _, log = second.communicate()
+    assert second.returncode == 2
+    assert "another run is writing into this folder" in log
+    _, log = first.communicate()
+    assert first.returncode == 0, log
+    assert calls(here).most_common(1)[0][1] == 1
+    assert (here / "notabug-out" / "run.json").is_file()

@@ -1,0 +1,129 @@
+"""The verdict bench: its split, its statistics against closed forms, and one group from drawing to record."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from notabug.bench.verdict.catalogue import FAULTS, LIMITATIONS, staged
+from notabug.bench.verdict.design import FULL, QUICK, SEEDS, Group, groups, seeds_of
+from notabug.bench.verdict.exposure import expose, shows
+from notabug.bench.verdict.run import Record, kept, run
+from notabug.bench.verdict.stage import STAGES, jittered, resized
+from notabug.bench.verdict.summary import area, best_threshold, confusion, rate
+from notabug.scenes_usd.reader import read_scene
+
+
+def record(**changes: object) -> Record:
+    return {"label": "bug", "scene": "a/b", "word": "bug", "shows": True, **changes}
+
+
+def test_there_are_forty_faults_in_every_class() -> None:
+    assert len({each.name for each in FAULTS}) >= 40
+    assert {each.group for each in FAULTS} >= {
+        "geometry", "intersection", "reflection", "mirrors", "refraction", "texture", "camera", "film", "light",
+    }  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def design() -> list[Group]:
+    return groups(FULL)
+
+
+def test_every_fault_and_limitation_is_drawn_on_both_sides(design: list[Group]) -> None:
+    wanted = {each.name for each in (*FAULTS, *LIMITATIONS)}
+    for side in ("tuning", "evaluation"):
+        assert {each.name for each in design if each.side == side} - {""} == wanted
+
+
+def test_no_drawing_is_on_both_sides(design: list[Group]) -> None:
+    sides: dict[tuple[object, ...], set[str]] = {}
+    for each in design:
+        sides.setdefault((each.scene, each.seed), set()).add(each.side)
+    assert all(len(each) == 1 for each in sides.values())
+    assert set(seeds_of("a/b", "tuning")) | set(seeds_of("a/b", "evaluation")) == set(SEEDS)
+
+
+def test_clean_pictures_are_enough_for_one_in_a_thousand(design: list[Group]) -> None:
+    clean = [each for each in design if each.label == "clean"]
+    assert sum(len(each.conditions) * each.repeats for each in clean) >= 3000
+
+
+@pytest.mark.parametrize("name", STAGES)
+def test_a_stage_changes_some_scene(name: str) -> None:
+    scenes = (read_scene(each) for each in ("terminator/sphere", "texture/uneven_quad", "phong/floor_lobes"))
+    assert any(staged(each, name).digest() != each.digest() for each in scenes)
+
+
+def test_seeds_see_another_scene() -> None:
+    scene = resized(read_scene("terminator/sphere"), 64)
+    assert (scene.width, scene.height) == (64, 64)
+    assert len({jittered(scene, seed).digest() for seed in (0, *SEEDS)}) == 1 + len(SEEDS)
+    assert jittered(scene, 0) is scene
+
+
+def test_the_area_under_the_curve() -> None:
+    assert area([3, 4], [1, 2]) == 1.0
+    assert area([1, 2], [3, 4]) == 0.0
+    assert area([1, 3], [2, 2]) == 0.5
+    assert area([1, 1], [1]) == 0.5
+    assert best_threshold([3, 4], [1, 2]) == (2.0, 1.0)
+
+
+def test_a_rate_has_the_interval_of_scenes() -> None:
+    """One scene that is always wrong and three that never are: the rate is 1 / 4, and could be far more, or none."""
+    found = [record(scene=scene, word="bug" if scene == "a" else "pass") for scene in "abcd" for _ in range(25)]
+    wrong = rate(found, lambda each: each["word"] == "bug")
+    assert wrong["share"] == 0.25
+    assert wrong["interval"][0] == 0.0
+    assert wrong["interval"][1] >= 0.5
+    none = rate(found, lambda each: each["word"] == "?")
+    assert none["interval"][1] == pytest.approx(1 - 0.025 ** (1 / 100))
+
+
+def test_the_confusion_counts_every_picture() -> None:
+    found = [record(), record(word="pass"), record(label="clean", word="pass")]
+    assert confusion(found)["bug"] == {"pass": 1, "limitation": 0, "bug": 1, "inconclusive": 0}
+    assert sum(sum(row.values()) for row in confusion(found).values()) == 3
+
+
+def test_what_a_picture_shows() -> None:
+    reference = np.full((40, 40, 3), 0.5)
+    spot = reference.copy()
+    spot[0, :2] = 0.6  # 2 of 1,600 pixels
+    none = np.zeros_like(reference)
+    assert not shows(reference, reference, none)
+    assert not shows(reference * 1.003, reference, none)
+    assert shows(reference * 1.01, reference, none)
+    assert not shows(spot, reference, none)
+    spot[0, :6] = 0.6
+    assert shows(spot, reference, none)
+    assert not shows(spot, reference, np.full_like(reference, 0.1))
+
+
+@pytest.mark.parametrize(("label", "name"), [("clean", ""), ("bug", "light_gain"), ("limitation", "facet_self_shadow")])
+def test_a_group_from_drawing_to_record(label: str, name: str, tmp_path: Path) -> None:
+    scene = "terminator/sphere"
+    strength = 1.2 if label == "bug" else 1.0
+    group = Group(label, name, "any", strength, scene, (), 1, "tuning", ("box",), 64)  # type: ignore[arg-type]
+    (found,) = expose(group)
+    assert found["word"] == ("pass" if label == "clean" else label)
+    if label == "bug":
+        assert found["bugs"] == ["light_gain"]
+    if label == "limitation":
+        assert found["limitations"] == ["facet_self_shadow"]
+    assert found["gates"]
+
+
+def test_a_finished_group_is_kept(tmp_path: Path) -> None:
+    group = replace(groups(QUICK)[0])
+    assert kept(group, tmp_path) is None
+    (tmp_path / f"{group.key()}.json").write_text('[{"word": "pass"}]')
+
+    def never(group: Group) -> list[Record]:
+        raise AssertionError
+
+    assert list(run([group], never, tmp_path)) == [[{"word": "pass"}]]

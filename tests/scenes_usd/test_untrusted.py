@@ -1,0 +1,182 @@
+"""Scenes of unknown making: what they refer to, what reading them costs, and that a good one is read as ever."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import notabug.scenes_usd.untrusted as untrusted
+from notabug.scenes_usd.errors import NotabugError, SceneError
+from notabug.scenes_usd.reader import find, read_scene
+
+BASE = find("calibration/plain_card").read_text(encoding="utf-8")
+CARD = find("calibration/card").read_text(encoding="utf-8")
+
+
+@pytest.fixture(autouse=True)
+def _distrust(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NOTABUG_TRUST", "")
+
+
+@pytest.fixture
+def unfenced(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the child, for tests of what this process checks itself."""
+    monkeypatch.setattr("notabug.scenes_usd.reader.check_scene", lambda path: None)
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Callable[[str], Path]:
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    (tmp_path / "outside.usda").write_text('#usda 1.0\n(\n    defaultPrim = "X"\n)\ndef Xform "X"\n{\n}\n')
+    (folder / "inside.usda").write_text((tmp_path / "outside.usda").read_text())
+
+    def written(text: str) -> Path:
+        path = folder / "scene.usda"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return written
+
+
+def test_a_scene_of_ones_own_is_read_and_then_remembered(
+    write: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path / "cache"))
+    path = write(BASE + 'def "More" (\n    references = @./inside.usda@\n)\n{\n}\n')
+    assert read_scene(path).digest() == read_scene("calibration/plain_card").digest()
+
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError("read again in a child")
+
+    monkeypatch.setattr(subprocess, "run", never)
+    untrusted._read_once.cache_clear()  # as in another process
+    read_scene(path)
+    path.write_text(path.read_text() + "\n")
+    with pytest.raises(AssertionError, match="read again"):
+        read_scene(path)
+
+
+@pytest.mark.parametrize(
+    "arc",
+    [
+        "references = @../outside.usda@",
+        "payload = @../outside.usda@",
+        "references = @{outside}@",
+        "payload = @http://example.org/a.usda@",
+        "prepend references = [@./inside.usda@, @../outside.usda@]",
+        "references = @./link.usda@",
+        "references = @./nested.usda@",
+    ],
+)
+@pytest.mark.usefixtures("unfenced")
+def test_what_lies_outside_is_refused(arc: str, write: Callable[[str], Path], tmp_path: Path) -> None:
+    (tmp_path / "scene" / "link.usda").symlink_to(tmp_path / "outside.usda")
+    nested = '#usda 1.0\n(\n    defaultPrim = "X"\n)\ndef "X" (\n    payload = @../outside.usda@\n)\n{\n}\n'
+    (tmp_path / "scene" / "nested.usda").write_text(nested)
+    text = arc.format(outside=tmp_path / "outside.usda")
+    with pytest.raises(SceneError, match=r"outside of the scene's folder|may name only files"):
+        read_scene(write(f'{BASE}\ndef "More" (\n    {text}\n)\n{{\n}}\n'))
+
+
+@pytest.mark.usefixtures("unfenced")
+def test_also_in_a_variant_that_is_not_chosen_and_in_sublayers(write: Callable[[str], Path]) -> None:
+    hidden = '"point" (\n            payload = @../outside.usda@\n        ) {\n'
+    assert '"point" {\n' in BASE
+    with pytest.raises(SceneError, match="outside of the scene's folder"):
+        read_scene(write(BASE.replace('"point" {\n', hidden)))
+    with pytest.raises(SceneError, match="outside of the scene's folder"):
+        read_scene(write(BASE.replace("(\n", "(\n    subLayers = [@../outside.usda@]\n", 1)))
+
+
+@pytest.mark.usefixtures("unfenced")
+def test_a_texture_outside_is_refused(write: Callable[[str], Path]) -> None:
+    corpus = find("calibration/card").parent / "textures" / "card.png"
+    with pytest.raises(SceneError, match="outside of the scene's folder"):
+        read_scene(write(CARD.replace("./textures/card.png", str(corpus))))
+
+
+def test_a_trusted_folder_passes(write: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("NOTABUG_TRUST", str(tmp_path))
+    assert read_scene(write(BASE + 'def "More" (\n    references = @../outside.usda@\n)\n{\n}\n')).objects
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        BASE + 'def Xform "a"\n{\n' * 20_000 + "}\n" * 20_000,
+        BASE + 'def "x" (\n customData = {\n' + "dictionary a = {\n" * 50_000 + "}\n" * 50_000 + "}\n)\n{\n}\n",
+    ],
+    ids=["prims", "dictionaries"],
+)
+def test_nesting_without_end_ends_only_the_child(text: str, write: Callable[[str], Path]) -> None:
+    with pytest.raises(SceneError, match="nested too deep"):
+        read_scene(write(text))
+
+
+def test_a_file_without_end_is_not_opened(write: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(untrusted, "FILE", 1000)
+    with pytest.raises(SceneError, match="too large"):
+        read_scene(write(BASE))
+
+
+@pytest.mark.parametrize("number", ["nan", "inf", "-inf", "1e39"])
+@pytest.mark.usefixtures("unfenced")
+def test_a_transform_that_is_not_finite_is_refused(number: str, write: Callable[[str], Path]) -> None:
+    turned = (
+        f'double3 xformOp:translate = ({number}, 0, 0)\n        uniform token[] xformOpOrder = ["xformOp:translate"]'
+    )
+    text = BASE.replace(
+        'uniform token subdivisionScheme = "none"', f'uniform token subdivisionScheme = "none"\n        {turned}', 1
+    )
+    if number == "1e39":
+        text = text.replace("1e39", "1e309")
+    with pytest.raises(NotabugError):
+        read_scene(write(text))
+
+
+WORDS = st.sampled_from(
+    [
+        "nan",
+        "inf",
+        "-1",
+        "1e308",
+        "0",
+        "[]",
+        "()",
+        '"',
+        "@",
+        "{",
+        "}",
+        "\n",
+        "../",
+        "None",
+        "point",
+        "Sphere",
+        "\0",
+        "é",
+    ]
+)
+
+
+@pytest.mark.usefixtures("unfenced")
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_damaged_scene_is_read_or_refused_by_name(data: st.DataObject, write: Callable[[str], Path]) -> None:
+    source = data.draw(st.sampled_from([BASE, CARD]))
+    for _ in range(data.draw(st.integers(1, 3))):
+        start = data.draw(st.integers(0, len(source) - 1))
+        length = data.draw(st.integers(0, 12))
+        source = source[:start] + data.draw(WORDS | st.text(max_size=4)) + source[start + length :]
+    path = write("")
+    path.write_text(source, encoding="utf-8", errors="replace")
+    try:
+        scene = read_scene(path)
+    except NotabugError:
+        return
+    assert scene.objects
