@@ -162,9 +162,8 @@ def _emblem(kind: Kind, exhibits: list[Exhibit], store: Store, white: float, *, 
         return first
     try:
         scene = read_scene(chosen["scene"], chosen.get("variants"))
-        if "precision" in chosen:
-            plain = Options(shadows="facets", start="none")
-            drawn = trace_picture(scene, plain, samples=1, dtype=np.dtype(chosen["precision"]).type)
+        if "options" in chosen:
+            drawn = trace_picture(scene, Options(shadows="facets", **chosen["options"]), samples=1, dtype=np.float32)
             return store.thumb(drawn, white=white)
         acting = next((each for each in models(scene) if each.name == chosen.get("model")), None)
         pixels = np.asarray(predict(scene, () if acting is None else (acting,)).mean)
