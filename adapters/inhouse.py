@@ -81,7 +81,9 @@ class InHouse:
         check_supported(self, scene)
         drawn = replace(scene, intent=None)  # meshes are drawn as they are, whatever they stand for
         on = (*self.limitations, *self.faults, f"{self.interpolation}_interpolation")
-        chosen = [each.as_drawn() for each in models(scene) if each.name in on]
+        # of several models of a name, one a light or an axis say, the first
+        named = {each.name: each.as_drawn() for each in reversed(list(models(scene))) if each.name in on}
+        chosen = list(named.values())
         configured_scene, options = configured(drawn, chosen)
         ties = options.ties if options.ties != "first" else self.ties
         switches = {"start": self.start, "epsilon": self.epsilon, "refine": self.refine, "offset": self.offset}

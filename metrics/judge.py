@@ -69,7 +69,7 @@ def judge(
 
     def predicted(chosen: tuple[Model, ...]) -> Admissible:
         # the claim holds what tells models of one name apart: an axis, a strength
-        key = tuple((each.name, each.claim, repr(each.options)) for each in chosen)
+        key = tuple((each.name, each.claim, str(each.strength), repr(each.options)) for each in chosen)
         if key not in sets:
             sets[key] = admissible(predict(scene, chosen), declaration, tolerance)
         return sets[key]

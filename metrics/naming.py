@@ -119,7 +119,7 @@ def _names(
         tried: list[Explanation] = []
         hopeless = False
         for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
-            if tried and (hopeless or not _useful(tried[0], fault, models, predict)):
+            if tried and models != found.models and (hopeless or not _useful(tried[0], fault, models, predict)):
                 continue
             fitted = fit(measured, models, predict, (fault,))
             tried.append(fitted)
@@ -193,6 +193,8 @@ def likely(
             best = replace(fault.at(strength), at=fault.at, strength=strength, neutral=fault.neutral)
             change = preview((best,)) - sharp
         yield best
+        if best.strength != fault.strength:  # a limitation beside the fault can mislead the fit
+            yield replace(fault, at=None)
 
 
 def coarse(values: Floats, step: int) -> Floats:

@@ -191,7 +191,8 @@ def _floor(setting: Setting, truths: dict[str, Envelope]) -> Floor | None:
         _, picture = render(setting.adapter, setting.scene, quality)
     except (RendererError, UnsupportedError):
         return None
-    return floor(picture, _truth(setting.scene, truths), declared)
+    shiny = (each.exponent for each in setting.scene.materials if any(each.specular))
+    return floor(picture, _truth(setting.scene, truths), declared, max(shiny, default=1.0))
 
 
 def _place(setting: Setting, made: _Trials) -> Place:

@@ -67,11 +67,12 @@ class Floor:
     cause: str
 
 
-def floor(picture: Floats, of: Envelope, declaration: Declaration) -> Floor:
+def floor(picture: Floats, of: Envelope, declaration: Declaration, exponent: float = 1.0) -> Floor:
     """The floor of a picture of pixel centres against the reference ``of`` (its ``point``).
 
     Rounding to steps of q is off by q/4 at the median. A float32 renderer rounds in every operation of a shader, so a
-    few unit roundoffs are expected of it; one that computes in float64 and writes float32 is off by u/2.
+    few unit roundoffs are expected of it, times the ``exponent`` of a highlight; one that computes in float64 and
+    writes float32 is off by u/2.
     """
     from scipy import ndimage
 
@@ -89,7 +90,9 @@ def floor(picture: Floats, of: Envelope, declaration: Declaration) -> Floor:
     elif declaration.precision == "float64":
         expected, name = UNIT32 / 2.0, "float32 output of float64 arithmetic"
     else:
-        expected, name = 4.0 * UNIT32, "float32 arithmetic"
+        expected, name = 4.0 * UNIT32 * exponent, "float32 arithmetic"
+        if exponent > 1.0:
+            name += ", multiplied by the highlight's exponent"
     if median <= 4.0 * expected:
         return Floor(median, p99, expected, name)
     return Floor(median, p99, expected, f"more than {name} explains")

@@ -85,9 +85,9 @@ def shrunk(a: Arithmetic) -> float:
     return a.start / BLOCKER if a.start and not a.depth_bits else 0.0
 
 
-def grown(_: Arithmetic) -> float:
-    """Nothing: rounding is relative, and a start of shadow rays that does not grow is too small, never too large."""
-    return math.inf
+def grown(a: Arithmetic) -> float:
+    """Rounding grows with the scene, until a fixed start of shadow rays does not cover it; else nothing happens."""
+    return math.inf if a.depth_bits else _covered(a) / (gamma(a.unit) * stages.DISTANCE)
 
 
 def low_light(a: Arithmetic) -> float:
