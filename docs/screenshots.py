@@ -11,7 +11,7 @@ from playwright.sync_api import sync_playwright
 PAGES = {
     "gallery": "index.html",
     "matrix": "matrix.html",
-    "viewer": "viewer.html#scene=terminator/sphere&a=reference&b=povray&mode=difference&of=limitation",
+    "viewer": "viewer.html#scene=terminator/sphere&a=reference&b=povray&mode=side&at=150,92",
 }
 
 
@@ -28,8 +28,7 @@ def main(gallery: Path) -> None:
             page.wait_for_load_state("networkidle")
             if name == "viewer":
                 page.wait_for_selector("#status", state="hidden")
-                page.locator("#picture").focus()
-                page.keyboard.press("j")
+                page.wait_for_selector("#terms dt")
             page.screenshot(path=Path(__file__).with_name(f"{name}.png"))
         browser.close()
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +11,7 @@ from notabug.gallery.exhibits import Drawn, Exhibit
 from notabug.gallery.store import Store
 from notabug.references.models.model import models
 from notabug.references.predict import predict
+from notabug.references.workarounds.workaround import Setting, Workaround, workarounds
 from notabug.scenes_usd.catalogue import entry
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
@@ -43,11 +42,7 @@ class Remedy:
 
 
 def remedies(store: Store, exhibits: Sequence[Exhibit], white: float) -> list[Remedy]:
-    """Every workaround that ``references.workarounds`` describes; none where it describes none."""
-    try:
-        described = importlib.import_module("notabug.references.workarounds.workaround").workarounds()
-    except ModuleNotFoundError:
-        return []
+    """Every workaround that ``references.workarounds`` describes."""
     return [
         Remedy(
             each.name,
@@ -57,11 +52,11 @@ def remedies(store: Store, exhibits: Sequence[Exhibit], white: float) -> list[Re
             each.caveat,
             *_sides(each, store, exhibits, white),
         )
-        for each in described
+        for each in workarounds()
     ]
 
 
-def _sides(workaround: Any, store: Store, exhibits: Sequence[Exhibit], white: float) -> tuple[Side, Side]:
+def _sides(workaround: Workaround, store: Store, exhibits: Sequence[Exhibit], white: float) -> tuple[Side, Side]:
     """Both sides by one renderer that a run drew both with, else by the model that draws the artifact."""
     settings = (workaround.before, workaround.after)
     places = [_place(each) for each in settings]
@@ -81,7 +76,7 @@ def _sides(workaround: Any, store: Store, exhibits: Sequence[Exhibit], white: fl
     return made[0], made[1]
 
 
-def _place(setting: Any) -> tuple[str, str]:
+def _place(setting: Setting) -> tuple[str, str]:
     full = {**entry(setting.scene).defaults, **setting.variants}
     variant = ",".join(f"{key}={value}" for key, value in sorted(full.items()))
     return setting.scene, f"{variant} [{setting.label}]".lstrip() if setting.label else variant
@@ -94,7 +89,7 @@ def _drawn(exhibits: Sequence[Exhibit], scene: str, variant: str) -> dict[str, D
     return {}
 
 
-def _predicted(setting: Any, reduces: Sequence[str], store: Store, white: float) -> str:
+def _predicted(setting: Setting, reduces: Sequence[str], store: Store, white: float) -> str:
     """The picture with the artifact; only where nothing but a variant is altered, else a run must show it."""
     if setting.label:
         return ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 from collections.abc import Sequence
@@ -60,7 +61,8 @@ def build(
 ) -> Path:
     """Write the gallery of the corpus and the runs in ``folders`` to ``out``; returns its first page.
 
-    ``only`` are globs of the scenes that it shows, none: all. ``step`` is the grid of the terms in pixels, 0 for none; ``bench`` a folder of SVG plots.
+    ``only`` are globs of the scenes that it shows, none: all; ``step`` is the grid of the terms in pixels, 0 for none;
+    ``bench`` a folder of SVG plots.
     """
     runs = [read_run(each) for each in folders]
     plots = _plots(bench)
@@ -68,10 +70,8 @@ def build(
     exhibits = collect(runs, store, every_variant=every_variant, with_models=with_models, white=white, only=only)
     for each in exhibits:
         if with_models and step and each.artifact_class != "own":
-            try:
+            with contextlib.suppress(NotabugError):  # a variant that the corpus does not have
                 each.terms = store.record(terms(scene_of(each), step))
-            except NotabugError:  # a variant that the corpus does not have
-                pass
         each.record = store.record(document(each))
     site = {"scenes": [[each.scene, each.variant, each.record] for each in exhibits]}
     store.text("data/site.js", f"notabug.site({_json(site)});\n")
@@ -162,8 +162,8 @@ def _emblem(kind: Kind, exhibits: list[Exhibit], store: Store, white: float, *, 
         return first
     try:
         scene = read_scene(chosen["scene"], chosen.get("variants"))
-        if "precision" in chosen:
-            drawn = trace_picture(scene, Options(shadows="facets"), samples=1, dtype=np.dtype(chosen["precision"]).type)
+        if "options" in chosen:
+            drawn = trace_picture(scene, Options(shadows="facets", **chosen["options"]), samples=1, dtype=np.float32)
             return store.thumb(drawn, white=white)
         acting = next((each for each in models(scene) if each.name == chosen.get("model")), None)
         pixels = np.asarray(predict(scene, () if acting is None else (acting,)).mean)
