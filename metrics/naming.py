@@ -130,7 +130,7 @@ def _names(
                 yield Name(fault.name, fault.claim, remains, off, fitted)
             else:
                 yield Name(fault.name, fault.claim, remains, off * FREE + CHOICE, fitted, fitted.freedom)
-            hopeless = hopeless or remains > HOPE
+            hopeless = hopeless and remains > HOPE
             if fault.at is not None and not models and NEARLY < remains < HOPE:  # quick pictures gave a rough strength
                 closer = _refined(fault, changed_by(measured, reference), predict, scale)
                 if closer.strength != fault.strength:
@@ -155,10 +155,13 @@ def likely(
 ) -> Iterator[Model]:
     """The faults whose change of the picture is most like the measured one, likeliest first, at fitting strengths."""
     reference = predict(())
-    sharp = preview(())
     at = ~reference.edge[..., None] if (~reference.edge).sum() > 256 else np.ones((*reference.edge.shape, 1), bool)
     scale = _scale(measured, reference)
-    changes = [measured.mean - each.value for each in (reference, found.target)]
+    # what the picture changes on the reference, and on the choices of a renderer that explain most of it
+    starts: list[tuple[tuple[Model, ...], Floats]] = [((), measured.mean - reference.value)]
+    beside = tuple(each for each in found.models if each.rule == "choice")
+    if found.models:
+        starts.append((beside, measured.mean - found.target.value))
 
     def compared(change: Floats, other: Floats, local: bool, step: int) -> float:
         a, b = (coarse(np.clip(each / scale, -CLIP, CLIP) * at, step) for each in (change, other))
@@ -171,27 +174,34 @@ def likely(
         a = (np.clip(change / scale, -CLIP, CLIP) * at) ** 2
         return float(a[other != 0].sum() / max(float(a.sum()), 1e-30))
 
+    def scored(fault: Model, change: Floats, own: Floats) -> float:
+        local = fault.local or fault.rule != "choice"
+        score = max(compared(change, own, local, step) for step in STEPS)
+        # under "any" what it shows may be anything, where it acts
+        return max(score, covered(change, own)) if fault.rule == "any" else score
+
     ranked = []
     for index, fault in enumerate(faults):
-        change = preview((fault,)) - sharp
-        local = fault.local or fault.rule != "choice"
-        score = max(compared(each, change, local, step) for each in changes for step in STEPS)
-        if fault.rule == "any":  # what it shows may be anything, where it acts
-            score = max(score, *(covered(each, change) for each in changes))
+        tried = [
+            (scored(fault, change, preview((*base, fault)) - preview(base)), -place, base, change)
+            for place, (base, change) in enumerate(starts)
+        ]
+        score, _, base, change = max(tried, key=lambda each: each[:2])
         if score > ALIKE:
-            ranked.append((-score, index, fault, change))
-    for _, _, fault, change in sorted(ranked, key=lambda each: each[:2])[:LIKELY]:
+            ranked.append((-score, index, fault, base, change))
+    for _, _, fault, base, change in sorted(ranked, key=lambda each: each[:2])[:LIKELY]:
         if fault.at is None:
             yield fault
             continue
         best, strength = fault, fault.strength
+        own = preview((*base, fault)) - preview(base)
         for step in (*STEPS, 1):
-            size = _size(changes[0] * at, change * at, scale, step)
+            size = _size(change * at, own * at, scale, step)
             if size is None:
                 break
             strength = _sane(fault.neutral + (strength - fault.neutral) * size, fault)
             best = replace(fault.at(strength), at=fault.at, strength=strength, neutral=fault.neutral)
-            change = preview((best,)) - sharp
+            own = preview((*base, best)) - preview(base)
         yield best
         if best.strength != fault.strength:  # a limitation beside the fault can mislead the fit
             yield replace(fault, at=None)

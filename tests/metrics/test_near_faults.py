@@ -28,6 +28,10 @@ CASES = [
 ]
 
 
+# of two sheets the lower one everywhere is the picture without the upper one
+ALIKE = {("visibility/coincident_planes", "loser_wins"): {"object_missing"}}
+
+
 def small(scene: Scene, size: int = 128) -> Scene:
     return replace(scene, width=size, height=size)
 
@@ -44,7 +48,7 @@ def test_each_is_a_bug_of_its_name(studio: Any, name: str, variants: Any, fault:
     verdict = studio.verdict(studio.draw(adapter, scene, quality), scene, adapter.declaration(quality))
     print(f"\n{name} {variants} {fault}: {verdict.word} {[each.name for each in verdict.findings]}")
     assert verdict.word == "bug"
-    assert verdict.findings[0].name == fault
+    assert verdict.findings[0].name in {fault, *ALIKE.get((name, fault), ())}
 
 
 def test_a_constant_epsilon_far_from_the_origin(studio: Any) -> None:
