@@ -138,8 +138,9 @@ def _run(plan: Plan, watcher: Watcher) -> Run:
                 state.calibration |= {name: card.result} if card.result is not None else {}
         results: dict[int, Result] = {}
         for index, task in enumerate(tasks):
-            if task.choice == CARDS[0] and task.renderer in state.calibration:
-                _finish(state, results, index, Done(state.calibration[task.renderer], False, 0.0))
+            shown = state.calibration.get(task.renderer)
+            if task.choice == CARDS[0] and shown is not None and shown.scene == task.choice.id:
+                _finish(state, results, index, Done(shown, False, 0.0))
         rest = [index for index in range(len(tasks)) if index not in results]
         for place, done in crew.each(partial(perform, lean, state.refused, seen), [tasks[each] for each in rest]):
             index = rest[place]

@@ -487,7 +487,7 @@ def assembly(make: Any) -> str:
 
 
 def test_float32_is_float32(assembly: str) -> None:
-    """No arithmetic in double precision, but for the rounding of a facet's normal and a light's share to the id they enter."""
+    """No arithmetic in double precision, but for the rounding of a normal and a light's share to the id they enter."""
     double = re.findall(r"= f(?:mul|add|sub|div|rem)[a-z ]* double .*", assembly)
     assert all(each.endswith(("5.120000e+02", "1.000000e+03")) for each in double), double
     assert not re.findall(r"double @llvm\.(?!rint)\w+|@(?:sqrt|pow|floor)\(", assembly)
