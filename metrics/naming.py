@@ -87,11 +87,10 @@ def name_bug(
 
 
 def _better(each: Name, best: Name) -> bool:
-    if bool(each.freedom) != bool(
-        best.freedom
-    ):  # a fault that may show this or that excuses more: it must explain more
-        sure, free = (best, each) if each.freedom else (each, best)
-        return (sure is each) == (sure.remains <= max(free.remains, NOTHING))
+    if "pixel_shift" in (each.name, best.name) and (each.freedom or best.freedom):
+        # two numbers for the whole picture excuse less than a choice at every pixel
+        shift, free = (each, best) if best.freedom else (best, each)
+        return (shift is each) == (shift.remains <= max(free.remains, NOTHING))
     if each.freedom and best.freedom:
         return (max(each.remains, NOTHING), each.freedom) < (max(best.remains, NOTHING), best.freedom)
     return each.misfit < BETTER * best.misfit
