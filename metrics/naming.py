@@ -121,9 +121,8 @@ def _names(
     tries = list(likely(measured, found, faults, predict, preview))
     for fault in tries:
         tried: list[Explanation] = []
-        hopeless = False
         for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
-            if tried and models != found.models and (hopeless or not _useful(tried[0], fault, models, predict)):
+            if tried and models != found.models and not _useful(tried[0], fault, models, predict):
                 continue
             fitted = fit(measured, models, predict, (fault,))
             tried.append(fitted)
@@ -134,7 +133,6 @@ def _names(
                 yield Name(fault.name, fault.claim, remains, off, fitted)
             else:
                 yield Name(fault.name, fault.claim, remains, off * FREE + CHOICE, fitted, fitted.freedom)
-            hopeless = hopeless and remains > HOPE
             if fault.at is not None and not models and NEARLY < remains < HOPE:  # quick pictures gave a rough strength
                 closer = _refined(fault, changed_by(measured, reference), predict, scale)
                 if closer.strength != fault.strength:
