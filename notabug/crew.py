@@ -160,8 +160,9 @@ class Processes:
 
 
 def _begin(threads: int) -> None:
-    """The start of a process: numba may use ``threads``; it ends, and its renderers with it, when its parent does."""
-    os.environ["NUMBA_NUM_THREADS"] = str(threads)
+    """The start of a process: libraries may use ``threads``; it ends, and its renderers too, when its parent does."""
+    for library in ("NUMBA", "OMP"):
+        os.environ[f"{library}_NUM_THREADS"] = str(threads)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears it too and decides
     signal.signal(signal.SIGTERM, _end)
     threading.Thread(target=_outlive, daemon=True).start()

@@ -28,6 +28,8 @@ from notabug.scenes_usd.scene import Scene
 from notabug.selection import Choice
 from notabug.tool import fingerprint, tool
 
+SAVING = 0.02  # share of a run's time that its record may take while it goes on
+
 
 class Watcher(Protocol):
     """Sees a run go by: ``notabug.progress`` draws it, tests count it."""
@@ -72,7 +74,7 @@ class Plan:
 
 @dataclass(slots=True)
 class Run:
-    """A run in progress and its record, ``run.json``, which is complete after every job."""
+    """A run in progress and its record, ``run.json``, which follows it closely; each result is on disk at once."""
 
     plan: Plan
     watcher: Watcher
@@ -82,6 +84,7 @@ class Run:
     rendering: float = 0.0  # seconds that renderers took in this run; kept results cost none
     begun: float = field(default_factory=time.perf_counter)
     finished: bool = False
+    due: float = 0.0  # when ``run.json`` is next worth its while
 
     def document(self) -> dict[str, Any]:
         """``run.json``."""
@@ -106,8 +109,13 @@ class Run:
             "results": [each.as_dict() for each in self.results],
         }
 
-    def save(self) -> None:
-        write_json(self.plan.out / "run.json", self.document())
+    def save(self, *, now: bool = True) -> None:
+        """Write ``run.json``; unless ``now``, only where that is long enough ago to cost SAVING of the time or less."""
+        start = time.perf_counter()
+        if now or start >= self.due:
+            write_json(self.plan.out / "run.json", self.document())
+            end = time.perf_counter()
+            self.due = end + (end - start) / SAVING
 
 
 def run(plan: Plan, watcher: Watcher) -> Run:
@@ -180,7 +188,7 @@ def _finish(state: Run, results: dict[int, Result], index: int, done: Done) -> N
     results[index] = state.plan.gate.judged(done.result)
     state.results = [results[each] for each in sorted(results)]
     state.watcher.done(results[index], done.kept)
-    state.save()
+    state.save(now=False)
 
 
 def _lost(plan: Plan, task: Task, error: Exception) -> Done:

@@ -44,7 +44,7 @@ def png(pixels: Bytes) -> bytes:
         filtered = rows.copy()
         filtered[:, 3:] = rows[:, 3:] - rows[:, :-3]
         kind = np.ones((height, 1), np.uint8)
-    data = zlib.compress(np.hstack([kind, filtered]).tobytes(), 9)
+    data = zlib.compress(np.hstack([kind, filtered]).tobytes(), 6)  # level 9 takes eight times as long for 9 % less
     header = struct.pack(">IIBBBBB", width, height, 8, 3 if indexed else 2, 0, 0, 0)
     palette = _chunk(b"PLTE", MAGMA) if indexed else b""
     return b"\x89PNG\r\n\x1a\n" + _chunk(b"IHDR", header) + palette + _chunk(b"IDAT", data) + _chunk(b"IEND", b"")

@@ -22,7 +22,7 @@ from notabug.metrics.admissible import admissible, laplacian
 from notabug.metrics.causes import encoded, gain_message, zoomed
 from notabug.metrics.judge import judge, regions
 from notabug.metrics.noise import TILE, measure, tiles
-from notabug.metrics.perceive import delta_itp, flip, jnd
+from notabug.metrics.perceive import delta_itp
 from notabug.metrics.significance import discoveries
 from notabug.metrics.valid import box, invalid
 from notabug.metrics.verdict import Finding, Leg, Verdict
@@ -276,94 +276,6 @@ def test_no_picture_is_refused_before_anything_is_computed(bad: str) -> None:
     verdict = _judge([picture, change(picture)], picture, POINT, perceive=True)
     assert (verdict.word, verdict.triggers) == ("bug", ("invalid",))
     json.dumps(verdict.as_dict())
-
-
-# ---- perception
-
-
-def _pq(luminance: npt.ArrayLike) -> Floats:
-    """SMPTE ST 2084 (ITU-R BT.2100-2, table 4), the inverse EOTF."""
-    m1, m2, c1, c2, c3 = 2610 / 16384, 2523 / 4096 * 128, 3424 / 4096, 2413 / 4096 * 32, 2392 / 4096 * 32
-    y = (np.asarray(luminance, float) / 1e4) ** m1
-    return ((c1 + c2 * y) / (1 + c3 * y)) ** m2
-
-
-def _itp(linear: Floats) -> Floats:
-    """ITU-R BT.2087 (matrix to BT.2020), BT.2100 (ICtCp), BT.2124 (ITP: half of Ct); white at 100 cd/m^2."""
-    wide = np.array([[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0114], [0.0164, 0.0880, 0.8956]])
-    lms = np.array([[1688, 2146, 262], [683, 2951, 462], [99, 309, 3688]]) / 4096
-    ictcp = np.array([[2048, 2048, 0], [6610, -13613, 7003], [17933, -17390, -543]]) / 4096
-    return _pq(100.0 * linear @ wide.T @ lms.T) @ ictcp.T * [1.0, 0.5, 1.0]
-
-
-colours = hnp.arrays(np.float64, (7, 3), elements=st.floats(0.0, 4.0))
-
-
-def test_delta_itp_of_published_greys() -> None:
-    """For greys it is 720 times the step in PQ; ITU-R BT.2408, table 1: 100 cd/m^2 is 51 %, 1,000 is 75 %."""
-    grey = np.array([[0.0] * 3, [1.0] * 3, [10.0] * 3])
-    step = np.diff(_pq([0.0, 100.0, 1000.0])) * 720
-    assert step / 720 == pytest.approx([0.508, 0.752 - 0.508], abs=1e-3)
-    assert delta_itp(grey[:-1], grey[1:]) == pytest.approx(step, rel=1e-3)
-
-
-@MANY
-@given(colours, colours)
-def test_delta_itp_agrees_with_the_recommendation(one: Floats, other: Floats) -> None:
-    wanted = 720 * np.linalg.norm(_itp(one) - _itp(other), axis=1)
-    # the recommendation prints its matrix with four digits, which PQ magnifies near black
-    assert delta_itp(one, other) == pytest.approx(wanted, rel=5e-3, abs=0.7)
-
-
-@MANY
-@given(colours, colours, colours)
-def test_delta_itp_is_a_distance(a: Floats, b: Floats, c: Floats) -> None:
-    assert delta_itp(a, a) == pytest.approx(np.zeros(7))
-    assert delta_itp(a, b) == pytest.approx(delta_itp(b, a))
-    assert (delta_itp(a, c) <= delta_itp(a, b) + delta_itp(b, c) + 1e-9).all()
-
-
-def test_jnd_is_the_95th_percentile_over_the_mask() -> None:
-    black, grey = np.zeros((10, 10, 3)), np.zeros((10, 10, 3))
-    grey[0, :] = np.linspace(0.1, 1.0, 10)[:, None]
-    mask = np.zeros((10, 10), bool)
-    assert jnd(black, grey, mask) == 0.0
-    mask[0] = True
-    assert jnd(black, grey, mask) == pytest.approx(float(np.percentile(delta_itp(black[0], grey[0]), 95)))
-
-
-def test_flip_of_black_and_white() -> None:
-    """Andersson et al. 2020, sections 4.1 and 4.2.2, by hand: HyAB 100 on L* against the span from green to blue."""
-    green, blue = (87.7347, -86.1827, 83.1793), (32.2970, 79.1875, -107.8602)  # CIE L*a*b* of the sRGB primaries
-    (l1, a1, b1), (l2, a2, b2) = ((lab[0], 0.01 * lab[0] * lab[1], 0.01 * lab[0] * lab[2]) for lab in (green, blue))
-    largest = (abs(l1 - l2) + np.hypot(a1 - a2, b1 - b2)) ** 0.7
-    knee = 0.4 * largest
-    wanted = 0.95 + (100.0**0.7 - knee) / (largest - knee) * 0.05
-    found = flip(np.zeros((48, 48, 3)), np.ones((48, 48, 3)))
-    assert found == pytest.approx(np.full((48, 48), wanted), abs=2e-3)
-
-
-pictures = st.builds(_smooth, seeds, st.just(32), st.just(32))
-
-
-@FEW
-@given(pictures, pictures)
-def test_flip_is_symmetric_and_in_range(one: Floats, other: Floats) -> None:
-    assert flip(one, one).max() == 0.0
-    assume(not np.array_equal(one, other))
-    there = flip(one, other)
-    assert there.shape == (32, 32)
-    assert there == pytest.approx(flip(other, one), abs=1e-6)
-    assert 0.0 <= there.min() <= there.max() <= 1.0
-    assert there.max() > 0.0
-
-
-@FEW
-@given(pictures, st.floats(0.02, 0.2), st.floats(1.5, 4.0))
-def test_flip_grows_with_the_step(picture: Floats, step: float, times: float) -> None:
-    """An even step on grey is only a step in lightness."""
-    grey = np.full_like(picture, 0.2)
-    assert flip(grey, grey + step).mean() < flip(grey, grey + times * step).mean()
 
 
 # ---- the parts
