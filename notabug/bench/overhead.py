@@ -2,8 +2,9 @@
 
 The same commands are timed bare, one after the other, and under the runner: sixty jobs, each with a picture of its own
 scene. *Supervision* is what the adapter adds to a command: export, a fresh folder, limits, the check of what came back.
-*Run* is the whole of it, judging and writing the record too. Each is given on the clock, which other programs on the
-machine disturb, and in the runner's own processor time, which they do not; the renderer's is not counted there.
+*Run* is the whole of it, reading, judging and writing the record too, one job at a time and then as many at a time as
+`notabug run` would do here. Each is given on the clock, which other programs on the machine disturb, and in the
+runner's own processor time, which they do not; the renderer's is not counted there.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from notabug.adapters.config import Table
 from notabug.adapters.configured import configured
 from notabug.adapters.export.formats import write_pfm
 from notabug.adapters.settings import filled
+from notabug.crew import crew
 from notabug.record import Result
 from notabug.references.predict import predict
 from notabug.run import Plan, run
@@ -100,17 +102,29 @@ def measure(folder: Path, jobs: int = JOBS) -> dict[str, float]:
     watcher = Counting()
     choices = choose([str(folder / f"{name}.usda") for name in names], {})
     begun, spent = time.perf_counter(), time.process_time()
-    run(Plan(choices, {"fifty": (adapter, adapter.find())}, folder / "out"), watcher)
+    plan = Plan(choices, {"fifty": (adapter, adapter.find())}, folder / "out")
+    run(plan, watcher)
     whole, whole_own = time.perf_counter() - begun, time.process_time() - spent
     passed = sum(each.verdict.word == "pass" for each in watcher.results)
+    judging = sum(each.seconds["judge"] for each in watcher.results)
+
+    at_work, threads = crew("", 0, jobs)
+    begun = time.perf_counter()
+    run(replace(plan, out=folder / "default", crew=at_work, quality=Quality(threads=threads)), Counting())
+    default = time.perf_counter() - begun
     return {
         "jobs": float(jobs),
         "passed": float(passed),
         "bare": bare,
         "renders": renders,
         "run": whole,
+        "judging": judging,
+        "jobs at once": float(at_work.at_once),
+        "run, jobs at once": default,
         "supervision over bare": renders / bare - 1.0,
         "run over bare": whole / bare - 1.0,
+        "run but for judging over bare": (whole - judging) / bare - 1.0,
+        "run, jobs at once, over bare": default / bare - 1.0,
         "supervision, own time over 50 ms": renders_own / jobs / SECONDS,
         "run, own time over 50 ms": whole_own / jobs / SECONDS,
     }

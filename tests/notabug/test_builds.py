@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import junitparser
 import pytest
@@ -49,6 +51,34 @@ def test_junit_is_read_by_others(ran: Any, tmp_path: Path) -> None:
     before = (suite.tests, suite.failures, suite.errors, suite.skipped)
     suite.update_statistics()  # counted again from the cases
     assert (suite.tests, suite.failures, suite.errors, suite.skipped) == before
+
+
+# What Jenkins' schema of JUnit files, junit-10.xsd, allows: element: (required attributes, optional ones, children)
+COUNTS, TIMED = {"name", "tests", "failures", "errors"}, {"time"}
+SAID = (set(), {"type", "message"}, set())
+JUNIT: dict[str, tuple[set[str], set[str], set[str]]] = {
+    "testsuites": (set(), COUNTS | TIMED, {"testsuite"}),
+    "testsuite": (COUNTS, TIMED | {"skipped", "timestamp"}, {"properties", "testcase", "system-out", "system-err"}),
+    "properties": (set(), set(), {"property"}),
+    "property": ({"name", "value"}, set(), set()),
+    "testcase": ({"name"}, TIMED | {"classname"}, {"skipped", "error", "failure", "system-out", "system-err"}),
+    "skipped": SAID,
+    "error": SAID,
+    "failure": SAID,
+    "system-out": (set(), set(), set()),
+}
+
+
+def test_junit_follows_the_schema_of_jenkins(ran: Any) -> None:
+    assert ran("report", str(ran.out), "--to", "junit") == 0
+    root = ElementTree.fromstring(ran.stdout.encode())
+    assert root.tag == "testsuites"
+    for each in root.iter():
+        required, optional, children = JUNIT[each.tag]
+        assert required <= set(each.keys()) <= required | optional, each.tag
+        assert {child.tag for child in each} <= children, each.tag
+        assert re.fullmatch(r"\d*(\.\d*)?", each.get("time", ""))
+    assert {each.tag for each in root.iter()} == set(JUNIT)
 
 
 def test_github_gets_one_command_a_line(ran: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
