@@ -28,10 +28,13 @@ Explained = tuple[Admissible, Floats, Bools, float]
 """An admissible set, the share alpha (h, w) of a model in it, its support (h, w), and its freedom."""
 Predict = Callable[[tuple[Model, ...]], Admissible]
 """What a set of models admits, for one scene and one renderer's declaration."""
+Preview = Callable[[tuple[Model, ...]], Floats]
+"""The picture (h, w, 3) of a set of models, by one sample a pixel."""
 
 MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
+AROUND = 4  # pixels: a filter's radius and what falls between the centres of pixels
 LEAST_ANYTHING = 0.05  # a fault that may do anything is none that touches less than this of its support
 LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
 MOST_ALIKE = 0.3  # correlation of neighbours' differences; a blot's is above .5
@@ -250,12 +253,20 @@ def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, 
     )
 
 
-def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Explanation:
-    """The smallest set without a trigger; if there is none, the set that leaves the shortest bug leg."""
+def explain(
+    measured: Measured, models: Sequence[Model], predict: Predict, preview: Preview | None = None
+) -> Explanation:
+    """The smallest set without a trigger; if there is none, the set that leaves the shortest bug leg.
+
+    ``preview`` spares most of the predictions: of models that move nothing near what needs explaining. Before a picture
+    is a bug they are predicted all the same.
+    """
     bare = best = fit(measured, (), predict)
     if not bare.triggers:
         return bare
-    useful = [each for each in models if _helps(bare, each, predict)]
+    useful = [
+        each for each in models if (preview is None or _near(bare, each, preview)) and _helps(bare, each, predict)
+    ]
     for chosen in candidates(useful, habits(models)):
         if not chosen:
             continue
@@ -270,6 +281,13 @@ def explain(measured: Measured, models: Sequence[Model], predict: Predict) -> Ex
             if not found.triggers:
                 return replace(found, before=bare.significance.z)
     return replace(best, before=bare.significance.z)
+
+
+def _near(start: Explanation, model: Model, preview: Preview) -> bool:
+    """Whether ``model`` changes the centre of any pixel within AROUND pixels of one that needs explaining."""
+    near = ndimage.binary_dilation(start.significance.pixels, np.ones((3, 3), bool), iterations=AROUND)
+    base = preview(())
+    return not near.any() or any(bool((preview((value,)) != base)[near].any()) for value in model.values())
 
 
 def _helps(start: Explanation, model: Model, predict: Predict) -> bool:

@@ -84,7 +84,7 @@ def judge(
     measured = measure(pictures, reference.edge)
     known = list(models(scene))
     open_to = admitted(known, declaration)
-    found = explain(measured, open_to, predicted)
+    found = explain(measured, open_to, predicted, previewed)
     findings: tuple[Finding, ...] = ()
     word: Word
     hesitation = _hesitation(measured, found, declaration, len(pictures))

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.causes import causes
 from notabug.metrics.channels import largest, total
-from notabug.metrics.explain import Explanation, Predict, fit, support
+from notabug.metrics.explain import Explanation, Predict, Preview, fit, support
 from notabug.metrics.noise import Measured
 from notabug.metrics.significance import significance
 from notabug.references.models.model import Model
@@ -38,8 +38,6 @@ BETTER = 0.97  # of two names the one tried first stays unless the other's misfi
 
 Others = Callable[[], Iterable[tuple[str, Floats]]]
 """References of other scenes of the same size: (name, (h, w, 3))."""
-Preview = Callable[[tuple[Model, ...]], Floats]
-"""The picture (h, w, 3) of a set of models, by one sample a pixel."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
