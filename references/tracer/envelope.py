@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.references.tracer import render as kernels
-from notabug.references.tracer.flatten import Flat, flatten
+from notabug.references.tracer.flatten import FEATURES, Flat, flatten
+from notabug.references.tracer.jit import compile_once
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.float64]
@@ -186,6 +187,8 @@ def _pass(
             into.mean, into.variance, into.lo, into.hi, into.ids, into.mixed, into.spared,
         )  # fmt: skip
 
+    features = [str(int(each is not None)) for each in flat[-FEATURES:]]
+    compile_once("-".join(["render_pixels", flat.points.dtype.name, *features]), lambda: work(pixels[:0]))
     if threads == 1 or len(pixels) < 256:
         work(pixels)
         return

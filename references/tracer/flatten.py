@@ -16,6 +16,7 @@ from notabug.scenes_usd.scene import Mesh, Scene
 from notabug.scenes_usd.triangulate import Triangles, triangulate
 
 Array = npt.NDArray[Any]
+FEATURES = 5  # fields of a Flat, its last, that may be None
 
 
 class Quads(NamedTuple):

@@ -15,6 +15,7 @@ from typing import Any
 
 import numba
 import platformdirs
+from filelock import FileLock
 
 _KEPT = 3  # caches of this many source versions stay on disk
 
@@ -44,6 +45,7 @@ def _folder() -> Path:
 
 
 _FOLDER = _folder()
+_compiled: set[str] = set()
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -55,3 +57,11 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
         return compiled
     finally:
         numba.config.CACHE_DIR = before
+
+
+def compile_once(name: str, call: Callable[[], object]) -> None:
+    """Let ``call`` compile the kernel of that ``name``, in one process at a time: the next one finds it on the disk."""
+    if name not in _compiled:
+        with FileLock(_FOLDER / f"{name}.lock"):
+            call()
+        _compiled.add(name)
