@@ -130,10 +130,17 @@ def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[str
     return (fault.lens(picture, group.strength) if fault.lens else picture), {}
 
 
+def _declared(model: Model) -> dict[str, Any]:
+    """What a renderer declares that has the limitation ``model``."""
+    if model.declared or model.when == ("resolves", "ray_float32"):
+        return {"precision": "float32", "hit_error": -1.0}  # as large as float32 implies
+    return {model.when[0]: model.when[1]} if model.when else {}
+
+
 def _limited(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[str, Any]]:
     found = [each for each in models(scene) if each.name == group.name and each.kind == "limitation"]
-    model = next((each for each in found if each.when and each.when[1] in ("float32", "fixed24")), found[0])
-    declared: dict[str, Any] = {model.when[0]: model.when[1]} if model.when else {}
+    model = next((each for each in found if each.when == ("resolves", "ray_float32")), found[0])
+    declared = _declared(model)
     values = [subsamples(scene, (each,)) for each in model.values()]
     if model.rule == "set":  # each sample takes one of the values
         rng = np.random.default_rng(group.draw("mixture"))
