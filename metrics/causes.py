@@ -62,6 +62,9 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
     gain = _median_ratio(mean, to.value, bright)
     if gain is not None:
         yield Cause("light_gain", gain_message(gain), changed(to, lambda a: a * gain))
+    top = _top(mean, to.value)
+    if top is not None:
+        yield Cause("clamped", f"values are cut off at {top:.4g}", changed(to, lambda a: np.minimum(a, top)))
     gamma = _gamma(mean, to.value, bright)
     if gamma is not None:
         yield Cause(
@@ -105,6 +108,12 @@ def _median_ratio(mean: Floats, value: Floats, bright: float) -> float | None:
         return None
     gain = float(np.median(mean[at] / value[at]))
     return gain if gain > 0 and abs(gain - 1) > 1e-3 else None
+
+
+def _top(mean: Floats, value: Floats) -> float | None:
+    """Where values are cut off: what a picture shows of all that should be brighter than its brightest value."""
+    above = value > 1.02 * float(mean.max(initial=0.0))
+    return float(np.median(mean[above])) if above.sum() >= 8 else None
 
 
 def _gamma(mean: Floats, value: Floats, bright: float) -> float | None:

@@ -35,7 +35,7 @@ MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
 AROUND = 4  # pixels: a filter's radius and what falls between the centres of pixels
-LEAST_ANYTHING = 0.05  # a fault that may do anything is none that touches less than this of its support
+LEAST_TOUCHED = 0.05  # a fault of dots, or one that may do anything, is none that touches less than this of its support
 LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
 MOST_ALIKE = 0.3  # correlation of neighbours' differences; a blot's is above .5
 
@@ -65,6 +65,8 @@ class Explanation:
             found.append("gain")
         if self.nuisance.shifted:
             found.append("shift")
+        if self.nuisance.warped:
+            found.append("warp")
         return tuple(found)
 
     @property
@@ -97,6 +99,8 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
                 explained = partial(_mixed, explained)
             if each.grain:
                 explained = partial(_grained, explained)
+            if each.kind == "fault" and (each.grain or each.rule == "any"):
+                explained = partial(_widespread, explained)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
             excluded |= within
@@ -180,9 +184,7 @@ def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Expl
     at = within[..., None]
     value = np.where(at, measured.mean, base.value)
     lo, hi = np.where(at, value, base.lo), np.where(at, value, base.hi)
-    alpha = (within & (largest(np.abs(measured.mean - base.value) - base.tau) > 0)).astype(np.float64)
-    if within.any() and float(alpha[within].mean()) < LEAST_ANYTHING:
-        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    alpha = (within & (largest(np.abs(residual(measured.mean, base)) - base.tau) > 0)).astype(np.float64)
     length = float(within.sum())  # more than any list of values has: theirs is a mean over the picture
     return replace(base, value=value, lo=lo, hi=hi), alpha, within, length
 
@@ -213,6 +215,17 @@ def _grained(
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     alike = 0.5 * float((off[:, 1:] * off[:, :-1]).sum() + (off[1:] * off[:-1]).sum())
     if alike > MOST_ALIKE * power:
+        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+    return found
+
+
+def _widespread(
+    explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible
+) -> Explained:
+    """What ``explained`` admits, if it touches enough of its support: a few wrong pixels are not a rule gone wrong."""
+    found = explained(measured, base, *values)
+    _, alpha, within, _ = found
+    if within.any() and float(alpha[within].mean()) < LEAST_TOUCHED:
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     return found
 

@@ -188,6 +188,9 @@ def _global_name(found: Explanation) -> Name | None:
         return None
     if found.nuisance.gained:
         return Name("light_gain", gain_message(found.nuisance.gain), 0.0)
+    if found.nuisance.warped and not found.nuisance.shifted:
+        how = "the field of view, the aspect or the roll is wrong"
+        return Name("field_of_view", f"corners move by {found.nuisance.warp:.2f} pixels against the middle: {how}", 0.0)
     x, y = found.nuisance.shift
     return Name("pixel_shift", f"the picture is shifted by ({x:+.2f}, {y:+.2f}) pixels (right, down)", 0.0)
 
@@ -237,6 +240,7 @@ def _numbers(measured: Measured, found: Explanation, reference: Admissible) -> d
         "gain": found.nuisance.gain,
         "shift_x": found.nuisance.shift[0],
         "shift_y": found.nuisance.shift[1],
+        "warp": found.nuisance.warp,
         "freedom": found.freedom,
         "kappa": measured.kappa,
         "seeds": float(measured.seeds),

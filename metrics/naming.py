@@ -16,7 +16,7 @@ import numpy.typing as npt
 from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.causes import causes
 from notabug.metrics.channels import largest, total
-from notabug.metrics.explain import Explanation, Predict, Preview, fit, support
+from notabug.metrics.explain import LEAST_TOUCHED, Explanation, Predict, Preview, fit, support
 from notabug.metrics.noise import Measured
 from notabug.metrics.significance import significance
 from notabug.references.models.model import Model
@@ -34,6 +34,7 @@ CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight woul
 CHOICE, FREE = 0.05, 1.1  # what a local fault's misfit is raised by, for it may choose at each pixel, in noise too
 NEARLY = 0.03  # a strength that leaves this is good enough
 HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried beside limitations
+NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
 BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
 
 Others = Callable[[], Iterable[tuple[str, Floats]]]
@@ -47,6 +48,7 @@ class Name:
     ``fitted`` is the explanation by that fault and the limitations beside it, None where no model of a fault is meant.
     ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
     fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
+    One that may show ``anything`` is told where no other is left.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Name:
     misfit: float = math.inf
     fitted: Explanation | None = None
     freedom: float = 0.0
+    anything: bool = False
 
 
 UNNAMED = Name("unexplained", "no model of a fault leaves this picture", 1.0)
@@ -85,10 +88,16 @@ def name_bug(
 
 
 def _better(each: Name, best: Name) -> bool:
+    if each.anything != best.anything:  # what may show anything explains everything: anything else explains more
+        return best.anything
     if "pixel_shift" in (each.name, best.name) and (each.freedom or best.freedom):
         # two numbers for the whole picture excuse less than a choice at every pixel
         shift, free = (each, best) if best.freedom else (best, each)
         return (shift is each) == (shift.remains <= max(free.remains, NOTHING))
+    if bool(each.freedom) != bool(best.freedom):  # nor is there anything to choose where nothing is left but noise
+        fixed = best if each.freedom else each
+        if fixed.remains <= NOTHING and fixed.misfit < NOISE:
+            return fixed is each
     if each.freedom and best.freedom:
         return (max(each.remains, NOTHING), each.freedom) < (max(best.remains, NOTHING), best.freedom)
     return each.misfit < BETTER * best.misfit
@@ -130,18 +139,26 @@ def _names(
             if fault.rule == "choice":
                 yield Name(fault.name, fault.claim, remains, off, fitted)
             else:
-                yield Name(fault.name, fault.claim, remains, off * FREE + CHOICE, fitted, fitted.freedom)
+                free = (fitted.freedom, fault.rule == "any")
+                yield Name(fault.name, fault.claim, remains, off * FREE + CHOICE, fitted, *free)
             if fault.at is not None and not models and NEARLY < remains < HOPE:  # quick pictures gave a rough strength
                 closer = _refined(fault, changed_by(measured, reference), predict, scale)
                 if closer.strength != fault.strength:
                     tries.append(replace(closer, at=None))
             if left.excess == 0:
                 break
-        if fault.local:
+        if fault.local and _touches(measured, found.target, predict((fault,))):
             patched = patchwork(measured, found.target, predict((fault,)))
             left = significance(residual(measured.mean, patched), measured, patched)
             remains = left.excess / length if not faint else float(bool(left.triggers))
             yield Name(fault.name, fault.claim, remains, misfit(patched) * FREE + CHOICE)
+
+
+def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:
+    """Whether a local fault could be more than a few wrong pixels of what it acts on."""
+    acts = support(base, other)
+    wrong = acts & (largest(np.abs(residual(measured.mean, base)) - base.tau) > 0)
+    return float(wrong.sum()) >= LEAST_TOUCHED * float(acts.sum())
 
 
 def _useful(bare: Explanation, fault: Model, models: tuple[Model, ...], predict: Predict) -> bool:

@@ -1,4 +1,4 @@
-"""Step 4: a gain and a shift of the whole picture, which also name the cause."""
+"""Step 4: a gain, a shift and a warp of the whole picture, which also name the cause."""
 
 from __future__ import annotations
 
@@ -12,18 +12,24 @@ from notabug.metrics.admissible import Admissible, laplacian
 from notabug.metrics.channels import total
 from notabug.metrics.noise import Measured
 
+Floats = npt.NDArray[np.floating]
 Bools = npt.NDArray[np.bool_]
 
 GAIN = 0.004  # a gain within this of 1, plus some standard errors, is none
 ERRORS = 4.0  # standard errors: at three 1 in 400 gains of nothing but noise is one
 SHIFT = 0.2  # pixels; aliased edges fake up to 0.13
+WARP = 0.3  # pixels by which corners move against the middle
+_BLUR = 1.0  # standard deviation: a warp moves the border by more pixels than a gradient reaches
 _MIN_PIXELS = 64
 _ENOUGH = 20_000  # values that fix a gain far better than its tolerance
 
 
 @dataclass(frozen=True, slots=True)
 class Nuisance:
-    """The gain and its standard error; the shift in pixels (x right, y down) and its standard error.
+    """The gain and its standard error; the shift in pixels (x right, y down) and its standard error; and the warp.
+
+    The warp is what a magnification, an aspect or a roll does to the corners: the farthest that one moves against the
+    middle of the picture, in pixels, with its standard error.
 
     ``channels`` are the gains of red, green and blue alone, each with its error. Errors hold a quarter of what rounding
     can do to a flat picture: it rounds all of its pixels alike.
@@ -34,14 +40,17 @@ class Nuisance:
     shift: tuple[float, float] = (0.0, 0.0)
     shift_error: float = 0.0
     channels: tuple[tuple[float, float], ...] = ()
+    warp: float = 0.0
+    warp_error: float = 0.0
 
     @property
-    def severity(self) -> tuple[float, float]:
-        """Gain and shift over what is allowed."""
+    def severity(self) -> tuple[float, float, float]:
+        """Gain, shift and warp over what is allowed."""
         gains = ((self.gain, self.gain_error), *self.channels)
         return (
             max(abs(gain - 1.0) / (GAIN + ERRORS * error) for gain, error in gains),
             max(abs(each) for each in self.shift) / (SHIFT + 3.0 * self.shift_error),
+            self.warp / (WARP + 3.0 * self.warp_error),
         )
 
     @property
@@ -51,6 +60,10 @@ class Nuisance:
     @property
     def shifted(self) -> bool:
         return self.severity[1] > 1.0
+
+    @property
+    def warped(self) -> bool:
+        return self.severity[2] > 1.0
 
 
 def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
@@ -63,7 +76,7 @@ def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
     gain, gain_error = _gain(measured, to, np.repeat(smooth[..., None], 3, axis=2))
     channels = tuple(_gain(measured, to, smooth[..., None] & (np.arange(3) == k)) for k in range(3))
     shift, shift_error = _shift(measured, to, gain, excluded)
-    return Nuisance(gain, gain_error, shift, shift_error, channels)
+    return Nuisance(gain, gain_error, shift, shift_error, channels, *_warp(measured, to, gain, excluded))
 
 
 def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, float]:
@@ -97,29 +110,68 @@ def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, flo
 
 def _shift(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> tuple[tuple[float, float], float]:
     value, mean = total(to.value), total(measured.mean)
-    dx = ndimage.correlate1d(value, [-0.5, 0.0, 0.5], axis=1, mode="nearest")
-    dy = ndimage.correlate1d(value, [-0.5, 0.0, 0.5], axis=0, mode="nearest")
-    at = (np.abs(dx) + np.abs(dy) > 0.05 * float(value.max(initial=0.0))) & ~excluded
+    at, dx, dy = _slopes(value, excluded)
     if at.sum() < _MIN_PIXELS:
         return (0.0, 0.0), 0.0
     # a picture moved by (sx, sy) is R - sx dR/dx - sy dR/dy; the Laplacian takes up a benign blur
-    a = np.stack([-dx[at], -dy[at], laplacian(value)[at]], axis=1).astype(np.float64)
-    b = (mean[at] - gain * value[at]).astype(np.float64)
-    weight = np.ones_like(b)
-    fit = np.zeros(3)
-    for _ in range(6):
-        normal = a.T @ (a * weight[:, None])
-        try:
-            fit = np.linalg.solve(normal + 1e-12 * np.trace(normal) * np.eye(3), a.T @ (b * weight))
-        except np.linalg.LinAlgError:
-            return (0.0, 0.0), 0.0
-        r = b - a @ fit
-        scale = max(1.4826 * float(np.median(np.abs(r))), 1e-6)
-        weight = np.minimum(1.0, 1.345 * scale / np.maximum(np.abs(r), 1e-12))
-    before, after = float(np.abs(b).sum()), float(np.abs(b - a @ fit).sum())
-    variance = float((weight * (b - a @ fit) ** 2).sum() / max(weight.sum(), 1.0))
-    variance *= measured.kappa
-    error = float(np.sqrt(variance * np.diag(np.linalg.inv(normal + 1e-12 * np.trace(normal) * np.eye(3)))[:2].max()))
+    terms = np.stack([-dx[at], -dy[at], laplacian(value)[at]], axis=1)
+    found = _huber(terms, mean[at] - gain * value[at])
+    if found is None:
+        return (0.0, 0.0), 0.0
+    fit, covariance, before, after = found
+    error = float(np.sqrt(measured.kappa * np.diag(covariance)[:2].max()))
     if after > 0.75 * before:  # a shift explains the edges, or it is no shift
         return (0.0, 0.0), error
     return (float(fit[0]), float(fit[1])), error
+
+
+def _warp(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> tuple[float, float]:
+    """How far a corner moves against the middle, and its standard error."""
+    value, mean = (ndimage.gaussian_filter(total(each), _BLUR, mode="nearest") for each in (to.value, measured.mean))
+    at, dx, dy = _slopes(value, excluded)
+    if at.sum() < _MIN_PIXELS:
+        return 0.0, 0.0
+    h, w = value.shape
+    v, u = (each[at] for each in np.mgrid[-1.0 : 1.0 : h * 1j, -1.0 : 1.0 : w * 1j])
+    dx, dy = -dx[at], -dy[at]
+    # places (u, v) in -1 .. 1 move by (s + A (u, v)) pixels
+    moved = np.stack([dx, dy, laplacian(value)[at]], axis=1)
+    bent = np.concatenate([moved, np.stack([u * dx, v * dx, u * dy, v * dy], axis=1)], axis=1)
+    off = mean[at] - gain * value[at]
+    plain, found = _huber(moved, off), _huber(bent, off)
+    if plain is None or found is None:
+        return 0.0, 0.0
+    fit, covariance, before, after = found
+    # neighbours are alike after the blur: as 4 pi sigma^2 pixels
+    error = float(np.sqrt(measured.kappa * 4.0 * np.pi * _BLUR**2 * 2.0 * np.diag(covariance)[3:].max()))
+    if after > 0.75 * min(before, plain[3]):  # a warp explains the edges, and a shift does not, or it is no warp
+        return 0.0, error
+    corners = [(fit[3] * x + fit[4] * y, fit[5] * x + fit[6] * y) for x, y in ((1.0, 1.0), (1.0, -1.0))]
+    return max(float(np.hypot(*each)) for each in corners), error
+
+
+def _slopes(value: Floats, excluded: Bools) -> tuple[Bools, Floats, Floats]:
+    """Where (h, w) the picture is steep enough to show that it has moved, and its slopes across and down."""
+    dx, dy = (ndimage.correlate1d(value, [-0.5, 0.0, 0.5], axis=axis, mode="nearest") for axis in (1, 0))
+    at = (np.abs(dx) + np.abs(dy) > 0.05 * float(value.max(initial=0.0))) & ~excluded
+    return at, dx, dy
+
+
+def _huber(terms: Floats, off: Floats) -> tuple[Floats, Floats, float, float] | None:
+    """Huber's regression of ``off`` (n,) on ``terms`` (n, k): (fit, its covariance, sum |off| before, and after)."""
+    a, b = terms.astype(np.float64), off.astype(np.float64)
+    weight = np.ones_like(b)
+    fit: Floats = np.zeros(a.shape[1])
+    for _ in range(6):
+        normal = a.T @ (a * weight[:, None])
+        normal += 1e-12 * np.trace(normal) * np.eye(len(fit))
+        try:
+            fit = np.linalg.solve(normal, a.T @ (b * weight))
+        except np.linalg.LinAlgError:
+            return None
+        r = b - a @ fit
+        scale = max(1.4826 * float(np.median(np.abs(r))), 1e-6)
+        weight = np.minimum(1.0, 1.345 * scale / np.maximum(np.abs(r), 1e-12))
+    r = b - a @ fit
+    variance = float((weight * r**2).sum() / max(weight.sum(), 1.0))
+    return fit, variance * np.linalg.inv(normal), float(np.abs(b).sum()), float(np.abs(r).sum())

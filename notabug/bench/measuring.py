@@ -113,10 +113,13 @@ def _efficiency(out: Path, note: Note, quick: bool, renderers: Sequence[str], re
 
 
 def _metamorphic(out: Path, note: Note, quick: bool, renderers: Sequence[str], resume: bool) -> tuple[str, Rows]:
-    del out, resume
+    del resume
     from notabug.adapters.base import RendererMissingError
     from notabug.adapters.registry import adapters
     from notabug.bench import metamorphic
+    from notabug.bench.metamorphic_reduced import write_reduced
+    from notabug.bench.metamorphic_relations import RELATIONS
+    from notabug.folders import folder_name
 
     who: list[tuple[str, metamorphic.Draw, float]] = [
         ("inhouse float64", metamorphic.in_house("float64"), metamorphic.EXACT),
@@ -132,6 +135,12 @@ def _metamorphic(out: Path, note: Note, quick: bool, renderers: Sequence[str], r
         who.append((name, metamorphic.drawn_by(each), metamorphic.ROUNDED))
     scenes = metamorphic.stages(metamorphic.SCENES[:2] if quick else metamorphic.SCENES)
     checks = metamorphic.measure(scenes, [each for each in who if _wanted(each[0], renderers)], note)
+    for made in (each for each in checks if each.broken):
+        scene = next(each for each in scenes if each.id == made.scene)
+        relation = next(each for each in RELATIONS if each.name == made.relation)
+        draw = next(draw for name, draw, _ in who if name == made.renderer)
+        folder = out / "metamorphic" / folder_name(f"{made.renderer}-{made.scene.replace('/', '-')}-{made.relation}")
+        note(f"reduced: {write_reduced(made, scene, relation, draw, folder, note)}")
     about = (
         "Pairs of scenes that must give the same picture at pixel centres; no reference is needed. Pixels within one "
         "of an edge or a terminator are counted apart: there the last bit decides what is seen."

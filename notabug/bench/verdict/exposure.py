@@ -37,7 +37,7 @@ def expose(group: Group) -> list[dict[str, Any]]:
     """One record for each picture of ``group``."""
     scene = scene_of(group)
     clean = subsamples(scene, ())
-    picture, declared = drawing(group, scene, clean)
+    picture, bare, declared = drawing(group, scene, clean)
     fault = fault_of(group)
     records = []
     for name in group.conditions:
@@ -52,7 +52,7 @@ def expose(group: Group) -> list[dict[str, Any]]:
             start = time.perf_counter()
             verdict = judge(pictures, scene, declaration, perceive=False, naming=want).verdict
             seconds = time.perf_counter() - start
-            reference = filtered(clean, condition)
+            reference, without = filtered(clean, condition), filtered(bare, condition)
             true = filtered(picture, condition)
             if fault and fault.film:
                 true = fault.film(true, group.strength)
@@ -64,7 +64,7 @@ def expose(group: Group) -> list[dict[str, Any]]:
                     "condition": name,
                     "renderer": "inhouse",
                     "repeat": repeat,
-                    "shows": shows(true, reference, noise),
+                    "shows": shows(true, without, noise),
                     "right": sorted(fault.right) if fault else [group.name],
                     "named": want,
                     **said(verdict),
@@ -115,19 +115,21 @@ def subsamples(scene: Scene, chosen: tuple[Model, ...]) -> Floats:
     )
 
 
-def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[str, Any]]:
-    """The labelled picture's subsamples, and what its renderer declares beyond the conditions."""
+def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, dict[str, Any]]:
+    """Subsamples of the labelled picture and of the same without its label, and what its renderer declares beyond the
+    conditions."""
     if group.label == "clean":
-        return clean, {}
+        return clean, clean, {}
     if group.label == "limitation":
-        return _limited(group, scene, clean)
+        limited, declared = _limited(group, scene, clean)
+        return limited, clean, declared
     fault = fault_of(group)
     facets = [each for each in models(scene) if each.name == "facet_self_shadow"]
     beside = tuple(facets) if group.draw("beside") % 2 else ()  # half of the buggy renderers have facets too
     model = fault.model(scene, group.strength, group.draw("which"))
-    chosen = beside + ((model,) if model else ())
-    picture = subsamples(scene, chosen) if chosen else clean
-    return (fault.lens(picture, group.strength) if fault.lens else picture), {}
+    bare = subsamples(scene, beside) if beside else clean
+    picture = subsamples(scene, (*beside, model)) if model else bare
+    return (fault.lens(picture, group.strength) if fault.lens else picture), bare, {}
 
 
 def _declared(model: Model) -> dict[str, Any]:

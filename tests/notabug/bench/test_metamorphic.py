@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
 from notabug.bench.metamorphic import EXACT, ROUNDED, check, delicate, in_house, measure, stages
+from notabug.bench.metamorphic_reduced import write_reduced
 from notabug.bench.metamorphic_relations import RELATIONS, Relation
+from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Mesh, Scene
 
 Floats = npt.NDArray[np.floating]
@@ -54,6 +57,19 @@ def test_an_absolute_epsilon_breaks_translation_or_scale(ball: Scene) -> None:
     found = broken_by(draw, ball)
     assert {"translate", "scale"} <= found
     assert not found & {"bake", "split", "reorder_faces", "two_half_lights", "usdc"}
+
+
+def test_a_broken_relation_is_reduced_to_a_pair_of_scenes(ball: Scene, tmp_path: Path) -> None:
+    def draw(scene: Scene) -> Floats:
+        return in_house("float64")(scene) * (1.0 + 1e-3 * float(np.abs(scene.camera.to_world[3, :3]).sum()))
+
+    made = check(BY_NAME["translate"], ball, "fake", draw, ROUNDED)
+    assert made is not None
+    folder = write_reduced(made, ball, BY_NAME["translate"], draw, tmp_path / "pair", lambda _: None)
+    one, two = (read_scene(folder / name) for name in ("scene.usda", "double.usda"))
+    assert sum(len(each.counts) for each in one.meshes) < sum(len(each.counts) for each in ball.meshes)
+    assert np.abs(draw(one) - draw(two)).max() > ROUNDED * np.abs(draw(one)).max()
+    assert "breaks a relation: translate" in (folder / "README.md").read_text()
 
 
 def test_losing_the_second_light_is_named(ball: Scene) -> None:
