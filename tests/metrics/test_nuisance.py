@@ -42,6 +42,38 @@ def test_a_firefly_in_one_seed_is_noise_and_a_wrong_pixel_in_all_is_not() -> Non
     assert np.argwhere(wrong).tolist() == [[40, 40]]
 
 
+def squares(across: float = 1.0, down: float = 1.0, right: float = 0.0) -> Floats:
+    """A soft chequered picture, magnified about its middle and moved."""
+    y, x = (np.mgrid[0:SIDE, 0:SIDE] - SIDE / 2) / np.array([down, across])[:, None, None]
+    value = 0.5 + 0.3 * np.tanh(3 * np.sin((x - right) / 3)) * np.tanh(3 * np.sin(y / 3))
+    return np.repeat(value[..., None], 3, axis=2)
+
+
+@pytest.mark.parametrize(
+    ("picture", "pixels"),
+    [
+        (squares(1.02, 1.02), 0.02 * SIDE / 2 * np.sqrt(2)),
+        (squares(1.02, 1.0), 0.02 * SIDE / 2),
+        (squares(1.0, 0.98), 0.02 * SIDE / 2),
+        (squares(right=0.5), 0.0),
+        (squares() * 1.01, 0.0),
+        (squares(), 0.0),
+    ],
+)
+def test_a_warp_is_measured_and_a_shift_or_gain_is_none(picture: Floats, pixels: float) -> None:
+    """Were every pixel at an edge, a picture could be magnified by 2 % and nowhere leave what edges admit."""
+    found = nuisance(measure([picture], NONE), target(squares()), NONE)
+    assert found.warp == pytest.approx(pixels, rel=0.15, abs=0.02)
+    assert found.warped == (pixels > 0)
+
+
+def test_noise_is_no_warp() -> None:
+    for strength in (0.02, 0.2, 1.0):
+        rng = np.random.default_rng(3)
+        pictures = [squares() + strength * rng.normal(0.0, 1.0, (SIDE, SIDE, 3)) for _ in range(4)]
+        assert not nuisance(measure(pictures, NONE), target(squares()), NONE).warped
+
+
 @pytest.mark.parametrize("channel", [0, 1, 2])
 def test_a_gain_of_one_channel_is_found(channel: int) -> None:
     value = ramp()

@@ -11,6 +11,7 @@ import pytest
 from notabug.bench.verdict.catalogue import FAULTS, LIMITATIONS, staged
 from notabug.bench.verdict.design import FULL, QUICK, SEEDS, Group, groups, seeds_of
 from notabug.bench.verdict.exposure import expose, shows
+from notabug.bench.verdict.film import BY_NAME
 from notabug.bench.verdict.run import Record, kept, run
 from notabug.bench.verdict.stage import STAGES, jittered, resized
 from notabug.bench.verdict.summary import area, best_threshold, confusion, rate
@@ -30,7 +31,7 @@ def test_there_are_forty_faults_in_every_class() -> None:
 
 @pytest.fixture(scope="module")
 def design() -> list[Group]:
-    return groups(FULL)
+    return groups(replace(FULL, sides=("tuning", "evaluation")))
 
 
 def test_every_fault_and_limitation_is_drawn_on_both_sides(design: list[Group]) -> None:
@@ -47,9 +48,10 @@ def test_no_drawing_is_on_both_sides(design: list[Group]) -> None:
     assert set(seeds_of("a/b", "tuning")) | set(seeds_of("a/b", "evaluation")) == set(SEEDS)
 
 
-def test_clean_pictures_are_enough_for_one_in_a_thousand(design: list[Group]) -> None:
-    clean = [each for each in design if each.label == "clean"]
-    assert sum(len(each.conditions) * each.repeats for each in clean) >= 3000
+def test_clean_pictures_are_enough_for_one_in_a_thousand() -> None:
+    clean = [each for each in groups(FULL) if each.label == "clean"]
+    assert {each.side for each in clean} == {"evaluation"}
+    assert sum(each.repeats if BY_NAME[name].samples else 1 for each in clean for name in each.conditions) >= 3000
 
 
 @pytest.mark.parametrize("name", STAGES)
@@ -116,6 +118,28 @@ def test_a_group_from_drawing_to_record(label: str, name: str, tmp_path: Path) -
     if label == "limitation":
         assert found["limitations"] == ["facet_self_shadow"]
     assert found["gates"]
+
+
+@pytest.mark.parametrize(
+    ("name", "scene", "variants"),
+    [("acne", "acne/sphere", {"camera_distance": "1e3"}), ("coincident_surfaces", "visibility/coincident_planes", {})],
+)
+def test_what_a_limitation_declares_is_declared(name: str, scene: str, variants: dict[str, str]) -> None:
+    group = Group("limitation", name, "any", 1.0, scene, tuple(variants.items()), 5, "evaluation", ("point",), 64)
+    (found,) = expose(group)
+    assert (found["word"], found["limitations"], found["shows"]) == ("limitation", [name], True)
+
+
+def test_what_lies_beside_a_fault_does_not_show_it() -> None:
+    """Half of the drawings have facets too: a picture too tall by a millionth shows those and no fault."""
+    facets = (("tessellation", "8x4"),)
+    drawings = (
+        Group("bug", "aspect", "camera", 1.000001, "terminator/sphere", facets, seed, "tuning", ("box",), 64)
+        for seed in SEEDS
+    )
+    found = [expose(each)[0] for each in drawings]
+    assert {each["word"] for each in found} == {"pass", "limitation"}
+    assert not any(each["shows"] for each in found)
 
 
 def test_a_finished_group_is_kept(tmp_path: Path) -> None:

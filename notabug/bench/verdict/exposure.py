@@ -132,6 +132,12 @@ def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, 
     return (fault.lens(picture, group.strength) if fault.lens else picture), bare, {}
 
 
+def _of_a_pixel(model: Model) -> Model:
+    """``model`` for subsamples: acne begins where a hit's error exceeds half a pixel, not half a subsample."""
+    error = model.options.get("hit_error")
+    return model if error is None else replace(model, options={**model.options, "hit_error": error / SUBSAMPLES})
+
+
 def _declared(model: Model) -> dict[str, Any]:
     """What a renderer declares that has the limitation ``model``."""
     if model.declared or model.when == ("resolves", "ray_float32"):
@@ -143,7 +149,7 @@ def _limited(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[st
     found = [each for each in models(scene) if each.name == group.name and each.kind == "limitation"]
     model = next((each for each in found if each.when == ("resolves", "ray_float32")), found[0])
     declared = _declared(model)
-    values = [subsamples(scene, (each,)) for each in model.values()]
+    values = [subsamples(scene, (_of_a_pixel(each),)) for each in model.values()]
     if model.rule == "set":  # each sample takes one of the values
         rng = np.random.default_rng(group.draw("mixture"))
         which = rng.integers(0, len(values) + 1, clean.shape[:2])
