@@ -35,7 +35,7 @@ MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
 AROUND = 4  # pixels: a filter's radius and what falls between the centres of pixels
-LEAST_TOUCHED = 0.05  # a fault of dots, or one that may do anything, is none that touches less than this of its support
+LEAST_TOUCHED = 0.05  # a fault that may do anything, or anywhere, is none that touches less than this of its support
 LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
 MOST_ALIKE = 0.3  # correlation of neighbours' differences; a blot's is above .5
 
@@ -99,7 +99,7 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
                 explained = partial(_mixed, explained)
             if each.grain:
                 explained = partial(_grained, explained)
-            if each.kind == "fault" and (each.grain or each.rule == "any"):
+            if each.kind == "fault" and each.rule == "any":
                 explained = partial(_widespread, explained)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
@@ -184,7 +184,7 @@ def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Expl
     at = within[..., None]
     value = np.where(at, measured.mean, base.value)
     lo, hi = np.where(at, value, base.lo), np.where(at, value, base.hi)
-    alpha = (within & (largest(np.abs(residual(measured.mean, base)) - base.tau) > 0)).astype(np.float64)
+    alpha = (within & (largest(np.abs(measured.mean - base.value) - base.tau) > 0)).astype(np.float64)
     length = float(within.sum())  # more than any list of values has: theirs is a mean over the picture
     return replace(base, value=value, lo=lo, hi=hi), alpha, within, length
 

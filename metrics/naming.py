@@ -76,7 +76,7 @@ def name_bug(
     best: Name | None = None
     reference = predict(())
     for each in _names(measured, found, faults, limitations, predict, preview):
-        if each.remains < REMAINS and (best is None or _better(each, best)):
+        if each.remains < REMAINS and (best is None or _better(each, best, noisy=measured.noisy)):
             best = each
     if best is not None:
         return best
@@ -87,14 +87,15 @@ def name_bug(
     return UNNAMED
 
 
-def _better(each: Name, best: Name) -> bool:
-    if each.anything != best.anything:  # what may show anything explains everything: anything else explains more
-        return best.anything
+def _better(each: Name, best: Name, *, noisy: bool) -> bool:
+    if each.anything != best.anything:  # what may show anything always fits: whatever else leaves nothing says more
+        fixed = best if each.anything else each
+        return (fixed is each) == (fixed.remains <= NOTHING)
     if "pixel_shift" in (each.name, best.name) and (each.freedom or best.freedom):
         # two numbers for the whole picture excuse less than a choice at every pixel
         shift, free = (each, best) if best.freedom else (best, each)
         return (shift is each) == (shift.remains <= max(free.remains, NOTHING))
-    if bool(each.freedom) != bool(best.freedom):  # nor is there anything to choose where nothing is left but noise
+    if noisy and bool(each.freedom) != bool(best.freedom):  # nor is there anything to choose where only noise is left
         fixed = best if each.freedom else each
         if fixed.remains <= NOTHING and fixed.misfit < NOISE:
             return fixed is each
