@@ -84,7 +84,7 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
     target = predict(chosen)
     alphas: dict[str, Floats] = {}
     fault = tuple(each for each in fixed if each.rule == "choice")
-    for each in (one for one in models if one.rule == "choice" and len(fault) == len(fixed)):
+    for each in (one for one in models if one.rule == "choice"):
         acts = support(predict(fault), predict((*fault, each)))
         if not acts.any():  # alone; beside the others it may
             acts = support(predict(tuple(other for other in chosen if other is not each)), target)

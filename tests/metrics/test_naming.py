@@ -10,11 +10,14 @@ import pytest
 
 from notabug.adapters.base import Quality
 from notabug.adapters.inhouse import InHouse
+from notabug.metrics.admissible import Admissible, admissible
+from notabug.metrics.explain import fit
 from notabug.metrics.judge import judge
 from notabug.metrics.naming import coarse
+from notabug.metrics.noise import measure
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.model import Model, models
-from notabug.references.predict import configured
+from notabug.references.predict import configured, predict
 from notabug.references.tracer.envelope import trace_picture
 from notabug.scenes_usd.scene import Scene
 
@@ -59,6 +62,19 @@ def test_without_naming_a_bug_stays_unexplained(ball: Scene) -> None:
 def test_a_limitation_beside_a_large_gain_is_not_lost(ball: Scene) -> None:
     found = verdict(ball, model(ball, "light_gain", 2.0), model(ball, "facet_self_shadow", kind="limitation"))
     assert [each.name for each in found.findings] == ["light_gain", "facet_self_shadow"]
+
+
+def test_a_limitation_beside_a_fault_that_may_show_anything_has_its_share(studio: Any) -> None:
+    """Its share is what a finding states: a picture with the wrong aspect was an internal error for want of it."""
+    scene = replace(studio.scene("terminator/mirror_sphere"), width=64, height=64)
+    facets, dots = model(scene, "facet_self_reflection", kind="limitation"), model(scene, "no_epsilon")
+
+    def predicted(chosen: tuple[Model, ...]) -> Admissible:
+        return admissible(predict(scene, chosen), DECLARATION)
+
+    measured = measure([trace_picture(*configured(scene, (facets,)))], predicted(()).edge)
+    assert dots.rule == "any"
+    assert fit(measured, (facets,), predicted, (dots,)).alphas[facets.name].any()
 
 
 def test_a_fault_of_some_faces_is_named(ball: Scene) -> None:
