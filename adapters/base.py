@@ -44,6 +44,7 @@ class Declaration:
     quantum : the step of the output's encoding at 1.0 (1/65535 for 16-bit integers, 2**-11 relative for half floats).
     relative_quantum : True where the step scales with the value (floating-point output).
     noisy : True where another seed gives another picture.
+    samples : of a pixel in one picture; 0 where that is unknown.
     ngon_split : the diagonal by which n-gons are cut before the renderer sees them: ``02`` joins corner 0 and 2;
         "" where n-gons keep their bilinear map; ``unknown`` for a picture of unknown making.
     silhouette : what becomes of an interpolated normal that faces away from the viewer.
@@ -87,6 +88,7 @@ class Declaration:
     normalised: Literal["no", "n2", "n8", "unknown"] = "no"
     highlight: Literal["authored", "cosine", "uncut", "unknown"] = "authored"
     hit_error: float = -1.0
+    samples: int = 0
 
     def __post_init__(self) -> None:
         if self.hit_error < 0:

@@ -10,7 +10,7 @@ import hashlib
 import os
 import shutil
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, RendererError, RendererMissingError
@@ -62,8 +62,7 @@ class Command:
     key: str = ""
 
     def declaration(self, quality: Quality) -> Declaration:
-        del quality
-        return self.declared
+        return replace(self.declared, samples=quality.samples or self.samples)
 
     def find(self) -> Found:
         program = self._program()

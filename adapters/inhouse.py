@@ -58,6 +58,7 @@ class InHouse:
             quantum=2.0**-24,
             relative_quantum=True,
             noisy=not point,
+            samples=max(1, quality.samples),
             ngon_split="",
             silhouette="keep",
             opacity_shadow="attenuate",

@@ -72,6 +72,7 @@ class Mitsuba:
             quantum=2.0**-24,
             relative_quantum=True,
             noisy=not point,
+            samples=quality.samples or DEFAULT_SAMPLES,
             ngon_split="02",
             silhouette="flip",
             opacity_shadow="opaque" if self.opacity == "mask" else "attenuate",

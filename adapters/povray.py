@@ -74,6 +74,7 @@ class PovRay:
             quantum=1.0 / 65535.0,
             relative_quantum=False,
             noisy=False,
+            samples=_side(quality) ** 2,
             ngon_split="02",
             silhouette="flip",
             coincident="unknown",

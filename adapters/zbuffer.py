@@ -59,6 +59,7 @@ class ZBuffer:
             quantum=2.0**-24,
             relative_quantum=True,
             noisy=False,
+            samples=grid(quality) ** 2,
             ngon_split="02",
             silhouette="keep",
             depth=self.depth,

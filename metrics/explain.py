@@ -35,7 +35,8 @@ MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
 AROUND = 4  # pixels: a filter's radius and what falls between the centres of pixels
-LEAST_TOUCHED = 0.05  # a fault that may do anything, or anywhere, is none that touches less than this of its support
+LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
+NOISE = 3.0  # standard errors beyond which a pixel is off
 LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
 MOST_ALIKE = 0.3  # correlation of neighbours' differences; a blot's is above .5
 
@@ -96,10 +97,10 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
             values = [predict((*chosen, value)) for value in each.values()]
             explained: Callable[..., Explained] = _RULES[each.rule]
             if each.kind == "limitation" and each.rule == "set":
-                explained = partial(_mixed, explained)
+                explained = partial(_mixed, explained, 0.0 if each.grain else MEAN_ALPHA)
             if each.grain:
                 explained = partial(_grained, explained)
-            if each.kind == "fault" and each.rule == "any":
+            if each.kind == "fault" and (each.grain or each.rule == "any"):
                 explained = partial(_widespread, explained)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
@@ -189,13 +190,26 @@ def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Expl
     return replace(base, value=value, lo=lo, hi=hi), alpha, within, length
 
 
-def _mixed(explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible) -> Explained:
-    """What ``explained`` admits, if it is a mixture: one value nearly everywhere is a choice, not chance."""
+def _mixed(
+    explained: Callable[..., Explained], least: float, measured: Measured, base: Admissible, *values: Admissible
+) -> Explained:
+    """What ``explained`` admits, if it is a mixture: one value nearly everywhere is a choice, not chance.
+
+    Where it deviates it must do so by a mean share of ``least`` or more.
+    """
     found = explained(measured, base, *values)
     _, alpha, within, _ = found
-    if within.any() and not LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED:
+    off = _off(measured, base, within)
+    mixed = not within.any() or LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED
+    if not mixed or (off.any() and float(alpha[off].mean()) < least):
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     return found
+
+
+def _off(measured: Measured, base: Admissible, within: Bools) -> Bools:
+    """Where, ``within`` (h, w), a picture is off by more than the tolerance and its noise."""
+    beyond = np.abs(measured.mean - base.value) - base.tau - NOISE * np.sqrt(measured.variance)
+    return within & (largest(beyond) > 0)
 
 
 def _grained(
@@ -203,15 +217,18 @@ def _grained(
 ) -> Explained:
     """What ``explained`` admits, if it is dots: shares alpha that differ from those around them, each by itself.
 
-    A half-dark band and a black blot are no acne. In a mean over many samples dots are small deviations, but still
-    deviations; in blots neighbours deviate alike.
+    A half-dark band, a black blot and another light are no acne. In a mean over many samples dots are small deviations,
+    but still deviations; in blots neighbours deviate alike, and under another light half of all pixels do as those
+    around them.
     """
     found = explained(measured, base, *values)
     _, alpha, within, _ = found
     count = np.maximum(ndimage.uniform_filter(within.astype(np.float64), 5, mode="constant"), 1e-9)
     off = np.where(within, alpha - ndimage.uniform_filter(alpha * within, 5, mode="constant") / count, 0.0)
     power = float((off**2).sum())
-    if power <= LEAST_GRAIN**2 * float((within & (alpha > 0)).sum()):
+    dots = np.abs(off[_off(measured, base, within)])
+    rough = not dots.size or float(np.median(dots)) > LEAST_GRAIN
+    if not rough or power <= LEAST_GRAIN**2 * float((within & (alpha > 0)).sum()):
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     alike = 0.5 * float((off[:, 1:] * off[:, :-1]).sum() + (off[1:] * off[:-1]).sum())
     if alike > MOST_ALIKE * power:
@@ -225,7 +242,7 @@ def _widespread(
     """What ``explained`` admits, if it touches enough of its support: a few wrong pixels are not a rule gone wrong."""
     found = explained(measured, base, *values)
     _, alpha, within, _ = found
-    if within.any() and float(alpha[within].mean()) < LEAST_TOUCHED:
+    if within.any() and float(_off(measured, base, within).sum()) < LEAST_TOUCHED * float(within.sum()):
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     return found
 

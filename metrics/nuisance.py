@@ -120,7 +120,8 @@ def _shift(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> 
         return (0.0, 0.0), 0.0
     fit, covariance, before, after = found
     error = float(np.sqrt(measured.kappa * np.diag(covariance)[:2].max()))
-    if after > 0.75 * before:  # a shift explains the edges, or it is no shift
+    noise = float(np.sqrt(2.0 / np.pi * total(measured.variance)[at]).sum())  # what no shift takes away: mean |noise|
+    if after - noise > 0.75 * (before - noise):  # a shift explains the edges, or it is no shift
         return (0.0, 0.0), error
     return (float(fit[0]), float(fit[1])), error
 

@@ -24,15 +24,16 @@ def models(scene: Scene) -> Iterator[Model]:
         1.02,
         neutral=1.0,
     )
-    yield in_strengths(
-        lambda strength: _fault(
-            "aspect",
-            f"the picture is {strength:.4g} times too tall",
-            lambda each: replace(each, tan_y=each.tan_y * strength),
-        ),
-        1.02,
-        neutral=1.0,
-    )
+    for start in (1.02, 0.75, 4 / 3):  # from a slight one no step leads to that of another shape of picture
+        yield in_strengths(
+            lambda strength: _fault(
+                "aspect",
+                f"the picture is {strength:.4g} times too tall",
+                lambda each: replace(each, tan_y=each.tan_y * strength),
+            ),
+            start,
+            neutral=1.0,
+        )
     if abs(scene.camera.tan_x / scene.camera.tan_y - 1.0) > 1e-3:
         ratio = scene.camera.tan_x / scene.camera.tan_y
         yield _fault(

@@ -92,6 +92,16 @@ def test_a_full_table_becomes_a_command(tmp_path: Path) -> None:
     assert declared.quantum == pytest.approx(2.4 / 1.055 / 65535)
     assert (made.limits.memory, made.limits.output, made.limits.cpu) == (3 << 29, 1000, 30)
     assert (made.timeout, made.retries, made.samples, made.capabilities) == (12, 2, 64, {"mesh"})
+    assert [made.declaration(each).samples for each in (Quality(), Quality(samples=9))] == [64, 9]
+
+
+def test_an_error_of_hits_that_is_not_declared_is_that_of_the_precision(tmp_path: Path) -> None:
+    """Whatever the filter: the radius of a box is no error."""
+    for words in ({}, {"filter": "point"}, {"filter": "box"}, {"filter": "tent", "radius": 2.0}):
+        made = configured("mine", table(tmp_path, **GOOD, **words), {})
+        assert made.declaration(Quality()).hit_error == 8 * 2.0**-24
+    made = configured("mine", table(tmp_path, **GOOD, hit_error=1e-5), {})
+    assert made.declaration(Quality()).hit_error == 1e-5
 
 
 @pytest.mark.parametrize(

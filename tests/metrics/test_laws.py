@@ -249,6 +249,25 @@ def test_a_gain_is_measured() -> None:
     assert "1/pi too many" in gain_message(1 / np.pi)
 
 
+@pytest.mark.parametrize(
+    ("filter_name", "samples", "share"),
+    [("box", 0, 1.0), ("box", 4, 1.0), ("box", 16, 0.25), ("unknown", 64, 1.0), ("point", 1, 1.0)],
+)
+def test_an_edge_admits_as_much_of_its_step_as_few_samples_may_miss(
+    filter_name: Any, samples: int, share: float
+) -> None:
+    """A step from 0 to 1 through the middle of a column of pixels, which all of those beside it may see too."""
+    half = np.zeros((16, 16, 3))
+    half[:, 8:] = 1.0
+    half[:, 7] = 0.5
+    edge = np.broadcast_to(np.arange(16) == 7, (16, 16))
+    envelope = replace(_envelope(half, edge), lo=np.floor(half), hi=np.ceil(half))
+    declaration = replace(POINT, filter=filter_name, radius=0.0 if filter_name == "point" else 0.5, samples=samples)
+    found = admissible(envelope, declaration)
+    assert (found.hi - found.value)[4, 7] == pytest.approx(min(0.5, share))
+    assert (found.value - found.lo)[4, 7] == pytest.approx(min(0.5, share))
+
+
 @pytest.mark.parametrize("filter_name", ["tent", "gaussian", "unknown"])
 def test_a_faint_gain_in_noise_is_found_by_all_pixels_together(filter_name: Any) -> None:
     """1 % under 3 % of noise: no single pixel can tell."""

@@ -67,6 +67,15 @@ def test_a_warp_is_measured_and_a_shift_or_gain_is_none(picture: Floats, pixels:
     assert found.warped == (pixels > 0)
 
 
+@pytest.mark.parametrize("moved", [0.0, 0.4])
+def test_a_shift_is_found_where_noise_exceeds_what_it_changes(moved: float) -> None:
+    rng = np.random.default_rng(5)
+    pictures = [squares(right=moved) + 0.2 * rng.normal(0.0, 1.0, (SIDE, SIDE, 3)) for _ in range(4)]
+    found = nuisance(measure(pictures, NONE), target(squares()), NONE)
+    assert found.shifted == (moved > 0)
+    assert found.shift[0] == pytest.approx(moved, abs=3 * found.shift_error + 0.03)
+
+
 def test_noise_is_no_warp() -> None:
     for strength in (0.02, 0.2, 1.0):
         rng = np.random.default_rng(3)

@@ -52,6 +52,7 @@ class Condition:
             quantum=quantum,
             relative_quantum=relative,
             noisy=bool(self.samples),
+            samples=self.samples or (SUBSAMPLES**2 if self.filter != "point" else 1),
             silhouette="keep",
             opacity_shadow="attenuate",
             glass_shadow="opaque",
