@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.channels import largest
-from notabug.references.tracer.envelope import Envelope
+from notabug.references.tracer.envelope import Envelope, changes
 
 Floats = npt.NDArray[np.floating]
 Bools = npt.NDArray[np.bool_]
@@ -23,7 +23,8 @@ DARK = 1e-9  # the brightest value of a picture that is black
 # may have a row more or less: an eighth and a tenth of the step, which is in the range of the footprints around.
 # On the tuning split at 64 x 64, 832 clean pictures: 0.02 of the pixel's own range 82 false alarms, this 1.
 GRID = 0.2
-# As much of an edge's step, too: on both splits 0.19 at most. With fewer samples than these it may be half of it.
+# As much of an edge's step, too: on both splits 0.19 at most. With fewer samples than these it may be half of it. A
+# shadow's edge is none of these: at a grazing light a renderer's epsilon moves it by more than a pixel.
 EDGE, ENOUGH = 0.25, 16
 LSB = 0.55  # a rounded value is off by half a step, and a little for a rounding error before it
 
@@ -68,7 +69,7 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
         within = _neighbourhood(_neighbourhood(inside, np.maximum), np.maximum)
         tau += GRID * within
         if declaration.filter != "unknown" and declaration.samples >= ENOUGH:
-            slack = EDGE * (hi - lo)
+            slack = np.where(edges(envelope, reach, cast=True)[..., None], 1.0, EDGE) * (hi - lo)
             lo, hi = np.maximum(lo, value - slack), np.minimum(hi, value + slack)
     if declaration.filter not in ("point", "box"):
         bend = ndimage.maximum_filter(largest(np.abs(laplacian(value))), size=3)
@@ -120,15 +121,9 @@ def _neighbourhood(values: Floats, extreme: np.ufunc) -> Floats:
     return values
 
 
-def edges(envelope: Envelope, reach: int) -> Bools:
-    """Pixels whose id changes inside them or towards a neighbour, widened by ``reach`` pixels."""
-    found = envelope.edge.copy()
-    ids = envelope.ids
-    across, down = ids[:, 1:] != ids[:, :-1], ids[1:] != ids[:-1]
-    found[:, 1:] |= across
-    found[:, :-1] |= across
-    found[1:] |= down
-    found[:-1] |= down
+def edges(envelope: Envelope, reach: int, *, cast: bool = False) -> Bools:
+    """Pixels whose id changes inside them or towards a neighbour, widened by ``reach`` pixels; ``cast``: of shadows."""
+    found = (envelope.cast if cast else envelope.edge) | changes(envelope.ids, cast=cast)
     if reach:
         found = ndimage.binary_dilation(found, np.ones((3, 3), bool), iterations=reach)
     return np.asarray(found, np.bool_)

@@ -130,8 +130,8 @@ class Envelope:
     point : (h, w, 3) the value at the pixel's centre.
     mean, variance : (h, w, 3) over the pixel's footprint; the variance is that of one random sample.
     lo, hi : (h, w, 3) smallest and largest value in the footprint.
-    ids : (h, w) what is seen at the centre: object and the lights that are blocked there.
-    edge : (h, w) the id changes inside the pixel.
+    ids : (h, w) what is seen at the centre: object, and above the bits ``SEEN`` the lights that are blocked there.
+    edge, cast : (h, w) the id changes inside the pixel; between two samples of it only the lights do: a shadow's edge.
     spared, spared_point : (h, w) share of the footprint, and of the centre (0 or 1), whose light the facets of its own
         mesh would block.
     """
@@ -145,6 +145,7 @@ class Envelope:
     edge: Bools
     spared: Floats
     spared_point: Floats
+    cast: Bools
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         return {each.name: getattr(self, each.name) for each in fields(self)}
@@ -159,7 +160,7 @@ class _Buffers:
         self.lo = np.zeros((height, width, 3))
         self.hi = np.zeros((height, width, 3))
         self.ids = np.zeros((height, width), np.int64)
-        self.mixed = np.zeros((height, width), np.bool_)
+        self.mixed = np.zeros((height, width), np.uint8)
         self.spared = np.zeros((height, width))
 
 
@@ -197,10 +198,13 @@ def _pass(
         list(pool.map(work, chunks))
 
 
-def _changes(ids: npt.NDArray[np.int64]) -> Bools:
-    """Pixels (h, w) whose id differs from one of their four neighbours'."""
+def changes(ids: npt.NDArray[np.int64], *, cast: bool = False) -> Bools:
+    """Pixels (h, w) whose id differs from one of their four neighbours'; ``cast``: only in the lights."""
     found = np.zeros(ids.shape, np.bool_)
     across, down = ids[:, 1:] != ids[:, :-1], ids[1:] != ids[:-1]
+    if cast:
+        seen = ids & kernels.SEEN
+        across, down = across & (seen[:, 1:] == seen[:, :-1]), down & (seen[1:] == seen[:-1])
     found[:, 1:] |= across
     found[:, :-1] |= across
     found[1:] |= down
@@ -232,7 +236,7 @@ def trace_envelope(
             flat,
             scene,
             options,
-            np.flatnonzero((fine.mixed | _changes(centre.ids)).ravel()),
+            np.flatnonzero(((fine.mixed > 0) | changes(centre.ids)).ravel()),
             fine,
             grid=refine,
             threads=threads,
@@ -244,9 +248,10 @@ def trace_envelope(
         lo=np.minimum(fine.lo, centre.mean),
         hi=np.maximum(fine.hi, centre.mean),
         ids=centre.ids,
-        edge=fine.mixed,
+        edge=fine.mixed > 0,
         spared=fine.spared,
         spared_point=centre.spared,
+        cast=(fine.mixed & 2) > 0,
     )
 
 

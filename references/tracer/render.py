@@ -39,6 +39,8 @@ from notabug.references.tracer.traverse import closest, closest_sphere, excused,
 # Columns of the numbers array.
 RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET = range(5)
 EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
+SEEN = (1 << 40) - 1  # the bits of an id that say what is seen
+DARK = 8388593  # a prime below 2^23: of the lights that are blocked so much goes into the bits above
 BOUNCES = 8
 RAY = 15  # columns of a ray that waits: see radiance
 PENDING = 64  # rays that may wait in the recursion's stack: three a hit, one of them followed at once
@@ -81,13 +83,13 @@ def radiance(
 ):
     """Radiance along a ray: (r, g, b, id, forgiven).
 
-    ``id`` tells apart what must not be mixed: the object, the lights that are blocked and, on flat facets, the
-    normal; 0 is the background. ``forgiven`` is True where the first hit was spared facet self-shadow. ``stack`` and
-    ``rays`` (PENDING, RAY) are work space.
+    ``id`` tells apart what must not be mixed: in its lower bits, SEEN, the object and, on flat facets, the normal; in
+    the upper ones the lights that are blocked; 0 is the background. ``forgiven`` is True where the first hit was spared
+    facet self-shadow. ``stack`` and ``rays`` (PENDING, RAY) are work space.
     """
     zero, one = type(dx)(0), type(dx)(1)
     r, g, b = zero, zero, zero
-    identity = 0
+    seen, dark = 0, 0
     spared = False
     rays[0, 0], rays[0, 1], rays[0, 2] = ox, oy, oz
     rays[0, 3], rays[0, 4], rays[0, 5] = dx, dy, dz
@@ -324,9 +326,9 @@ def radiance(
         r += wr * opaque * sr
         g += wg * opaque * sg
         b += wb * opaque * sb
-        identity = identity * 31 + (owner + 1) + 4096 * blocked
+        seen, dark = seen * 31 + (owner + 1), dark * 31 + blocked
         if sag < 0 and i >= 0:
-            identity += 67108864 * (round(gx * 512) + 7 * round(gy * 512) + 49 * round(gz * 512))
+            seen += 67108864 * (round(gx * 512) + 7 * round(gy * 512) + 49 * round(gz * 512))
         if generation == 0:
             spared = forgiven_here
         if secondary is not None:
@@ -374,7 +376,7 @@ def radiance(
                     rays, pending, sx - beside * gx, sy - beside * gy, sz - beside * gz, dx, dy, dz,
                     wr * rest, wg * rest, wb * rest, generation + 1, face, -1, zero, -1, inside,
                 )  # fmt: skip
-    return r, g, b, identity, spared
+    return r, g, b, (seen & SEEN) | ((dark % DARK) << 40), spared
 
 
 @kernel
@@ -394,8 +396,8 @@ def render_pixels(
 
     ``samples`` positions a pixel: a regular ``grid`` x ``grid`` (grid > 0), or uniformly random ones drawn from
     ``seed``. Fills (h, w, 3) ``mean``, ``variance`` (of one sample), ``lo``, ``hi``; (h, w) ``ids`` of the first
-    sample, ``mixed`` where ids differ within the pixel, ``spared`` the share of samples that were spared facet
-    self-shadow.
+    sample, ``mixed``: 1 where ids differ within the pixel, 2 where only the lights that are blocked do, from one sample
+    to the next, or 3; ``spared`` the share of samples that were spared facet self-shadow.
     """
     stack = np.empty(STACK, np.int32)
     rays = np.empty((PENDING, RAY), flat.points.dtype)
@@ -405,7 +407,7 @@ def render_pixels(
     for pixel in pixels:
         row, column = pixel // width, pixel % width
         sr, sg, sb, qr, qg, qb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        first, differ, excuses = 0, False, 0
+        first, last, differ, excuses = 0, 0, 0, 0
         for s in range(samples):
             if grid > 0:
                 cells = type(half)(grid)
@@ -429,10 +431,14 @@ def render_pixels(
                     lo[row, column, k] = value
                     hi[row, column, k] = value
             else:
-                differ = differ or identity != first
+                if identity != first:
+                    differ |= 1
+                if identity != last and (identity ^ last) & SEEN == 0:
+                    differ |= 2
                 for k, value in enumerate((r, g, bl)):
                     lo[row, column, k] = min(lo[row, column, k], value)
                     hi[row, column, k] = max(hi[row, column, k], value)
+            last = identity
             excuses += forgiven
             sr, sg, sb = sr + r, sg + g, sb + bl
             qr, qg, qb = qr + r * r, qg + g * g, qb + bl * bl

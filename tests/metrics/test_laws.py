@@ -51,7 +51,16 @@ def _envelope(picture: Floats, edge: npt.NDArray[np.bool_] | None = None) -> Env
     none = np.zeros((h, w))
     edge = np.zeros((h, w), np.bool_) if edge is None else edge
     return Envelope(
-        picture, picture, np.zeros_like(picture), picture, picture, np.zeros((h, w), np.int64), edge, none, none
+        picture,
+        picture,
+        np.zeros_like(picture),
+        picture,
+        picture,
+        np.zeros((h, w), np.int64),
+        edge,
+        none,
+        none,
+        none > 0,
     )
 
 
