@@ -18,6 +18,7 @@ from notabug.metrics.causes import causes
 from notabug.metrics.channels import largest, total
 from notabug.metrics.explain import LEAST_TOUCHED, Explanation, Predict, Preview, fit, support
 from notabug.metrics.noise import Measured
+from notabug.metrics.nuisance import nuisance
 from notabug.metrics.significance import significance
 from notabug.references.models.model import Model
 
@@ -124,7 +125,9 @@ def _names(
     for target in {id(each): each for each in (reference, found.target)}.values():
         for cause in causes(measured, target):
             left = significance(residual(measured.mean, cause.target), measured, cause.target)
-            remains = left.excess / length if not faint else float(bool(left.triggers))
+            remains = (
+                left.excess / length if not faint else float(bool(left.triggers) or _moved(measured, cause.target))
+            )
             yield Name(cause.name, cause.message, remains, misfit(cause.target))
     tries = list(likely(measured, found, faults, predict, preview))
     for fault in tries:
@@ -153,6 +156,12 @@ def _names(
             left = significance(residual(measured.mean, patched), measured, patched)
             remains = left.excess / length if not faint else float(bool(left.triggers))
             yield Name(fault.name, fault.claim, remains, misfit(patched) * FREE + CHOICE)
+
+
+def _moved(measured: Measured, to: Admissible) -> bool:
+    """Whether the picture as a whole is still another one: brighter, shifted or warped."""
+    left = nuisance(measured, to, np.zeros(to.edge.shape, np.bool_))
+    return left.gained or left.shifted or left.warped
 
 
 def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:
