@@ -99,8 +99,9 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
             if each.kind == "limitation" and each.rule == "set":
                 explained = partial(_mixed, explained, 0.0 if each.grain else MEAN_ALPHA)
             if each.grain:
-                explained = partial(_grained, explained)
-            if each.kind == "fault" and (each.grain or each.rule == "any"):
+                explained = partial(_grained, explained, each.rule == "set")
+            # means over samples show dots everywhere, or it is none: at pixel centres there may be few
+            if each.kind == "fault" and (each.rule == "any" or (each.grain and not target.share_is_point)):
                 explained = partial(_widespread, explained)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
@@ -213,13 +214,13 @@ def _off(measured: Measured, base: Admissible, within: Bools) -> Bools:
 
 
 def _grained(
-    explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible
+    explained: Callable[..., Explained], shares: bool, measured: Measured, base: Admissible, *values: Admissible
 ) -> Explained:
     """What ``explained`` admits, if it is dots: shares alpha that differ from those around them, each by itself.
 
     A half-dark band, a black blot and another light are no acne. In a mean over many samples dots are small deviations,
     but still deviations; in blots neighbours deviate alike, and under another light half of all pixels do as those
-    around them.
+    around them: where alpha holds ``shares``, not only 0 and 1.
     """
     found = explained(measured, base, *values)
     _, alpha, within, _ = found
@@ -227,7 +228,7 @@ def _grained(
     off = np.where(within, alpha - ndimage.uniform_filter(alpha * within, 5, mode="constant") / count, 0.0)
     power = float((off**2).sum())
     dots = np.abs(off[_off(measured, base, within)])
-    rough = not dots.size or float(np.median(dots)) > LEAST_GRAIN
+    rough = not shares or not dots.size or float(np.median(dots)) > LEAST_GRAIN
     if not rough or power <= LEAST_GRAIN**2 * float((within & (alpha > 0)).sum()):
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     alike = 0.5 * float((off[:, 1:] * off[:, :-1]).sum() + (off[1:] * off[:-1]).sum())
