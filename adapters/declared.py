@@ -24,7 +24,7 @@ PIXELS: dict[str, tuple[float, bool]] = {
 
 SRGB_SLOPE = 2.4 / 1.055  # of the decoding at 1: by so much does a step of the file grow
 RADIUS = {"point": 0.0, "box": 0.5, "tent": 1.0, "gaussian": 2.0, "unknown": 2.0}  # pixels, where none is declared
-_DERIVED = ("quantum", "relative_quantum", "samples")
+_DERIVED = ("quantum", "relative_quantum")
 _HINTS: dict[str, Any] = {name: hint for name, hint in get_type_hints(Declaration).items() if name not in _DERIVED}
 KEYS = (*_HINTS, "pixels", "encoding", "capabilities")
 CAPABILITIES = frozenset(
@@ -43,6 +43,7 @@ def declaration(table: Table, *, ngon_split: str) -> Declaration:
             said[name] = settings.choice(table, name, fallback[name], get_args(hint))
         elif hint is bool:
             said[name] = settings.flag(table, name, fallback[name])
+    said["samples"] = settings.whole(table, "samples", 0, 0, 1 << 20)
     said["radius"] = settings.number(table, "radius", RADIUS[said["filter"]], 0.0, 16.0)
     said["hit_error"] = settings.number(table, "hit_error", fallback["hit_error"], -1.0, 1.0)
     quantum, relative = PIXELS[pixels(table)]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import sys
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +11,24 @@ import typer
 
 from notabug import __version__
 from notabug.exit_codes import ExitCode, exit_code
+from notabug.options import (
+    Bench,
+    Deed,
+    Encoding,
+    FailOn,
+    Filter,
+    Format,
+    Json,
+    Page,
+    Precision,
+    Renderers,
+    Samples,
+    SceneOption,
+    Seeds,
+    Topic,
+    Variant,
+    Variants,
+)
 from notabug.scenes_usd.errors import NotabugError
 
 app = typer.Typer(
@@ -24,103 +41,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-
-
-class Filter(StrEnum):
-    """The reconstruction filter of a picture."""
-
-    point = "point"
-    box = "box"
-    tent = "tent"
-    gaussian = "gaussian"
-    unknown = "unknown"
-
-
-class Precision(StrEnum):
-    """The arithmetic of a renderer's intersections."""
-
-    float32 = "float32"
-    float64 = "float64"
-
-
-class Encoding(StrEnum):
-    """How a picture's numbers stand for light."""
-
-    linear = "linear"
-    srgb = "srgb"
-
-
-class Variants(StrEnum):
-    """Which variants a run takes where ``--variant`` names none."""
-
-    default = "default"
-    all = "all"
-
-
-class Topic(StrEnum):
-    """What ``notabug list`` lists."""
-
-    scenes = "scenes"
-    renderers = "renderers"
-    models = "models"
-    variants = "variants"
-    workarounds = "workarounds"
-
-
-class Bench(StrEnum):
-    """What ``notabug bench`` measures."""
-
-    speed = "speed"
-    verdict = "verdict"
-    efficiency = "efficiency"
-    stability = "stability"
-    metamorphic = "metamorphic"
-
-
-class FailOn(StrEnum):
-    """Which bugs fail a run."""
-
-    any = "any"
-    visible = "visible"
-
-
-class Page(StrEnum):
-    """What ``notabug report`` draws."""
-
-    html = "html"
-    junit = "junit"
-    github = "github"
-    markdown = "markdown"
-    sarif = "sarif"
-
-
-class Format(StrEnum):
-    """What ``notabug export`` writes."""
-
-    json = "json"
-    usd = "usd"
-    obj = "obj"
-    gltf = "gltf"
-    pbrt = "pbrt"
-    povray = "povray"
-    mitsuba = "mitsuba"
-
-
-class Deed(StrEnum):
-    """What ``notabug references`` does."""
-
-    build = "build"
-    verify = "verify"
-
-
-Json = Annotated[
-    bool, typer.Option("--json", help="Print one JSON document on standard output and nothing else there.")
-]
-Variant = Annotated[
-    list[str] | None,
-    typer.Option("--variant", metavar="SET=NAME", help="A variant; again for more, SET=all for each of the set."),
-]
-SceneOption = Annotated[str, typer.Option("--scene", metavar="ID|USD", help="The scene: an id or a USD file.")]
 
 
 def _version(wanted: bool) -> None:
@@ -143,17 +63,14 @@ def run(
     scenes: Annotated[
         list[str] | None, typer.Argument(metavar="[SCENE]...", help="Ids, classes, globs or USD files; default: all.")
     ] = None,
-    renderer: Annotated[
-        list[str] | None,
-        typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all that are found."),
-    ] = None,
+    renderer: Renderers = None,
     variant: Variant = None,
     variants: Annotated[
         Variants, typer.Option(help="Default variants only, or each set varied in turn.")
     ] = Variants.default,
     out: Annotated[Path, typer.Option(help="Folder for pictures, run.json and report.html.")] = Path("notabug-out"),
-    samples: Annotated[int, typer.Option(min=0, help="Samples per pixel; 0: each renderer's default.")] = 0,
-    seeds: Annotated[int, typer.Option(min=1, max=64, help="Independent pictures of a noisy renderer.")] = 4,
+    samples: Samples = 0,
+    seeds: Seeds = 4,
     timeout: Annotated[float, typer.Option(min=1.0, help="Seconds for one renderer on one scene.")] = 600.0,
     require: Annotated[
         list[str] | None,
@@ -219,6 +136,10 @@ def judge(
         bool | None,
         typer.Option("--noisy/--deterministic", help="Would another seed differ? Default: if several are given."),
     ] = None,
+    samples: Annotated[
+        int,
+        typer.Option(min=0, help="Samples per pixel of each picture, where known: from 16 on edges are judged closer."),
+    ] = 0,
     out: Annotated[Path | None, typer.Option(help="Also write maps, run.json and report.html here.")] = None,
     as_json: Json = False,
 ) -> None:
@@ -234,6 +155,7 @@ def judge(
         precision=precision.value,
         srgb=encoding is Encoding.srgb,
         noisy=noisy,
+        samples=samples,
         out=out,
         as_json=as_json,
     )
@@ -281,10 +203,8 @@ def references(
 
 @app.command()
 def calibrate(
-    renderer: Annotated[
-        list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all found.")
-    ] = None,
-    samples: Annotated[int, typer.Option(min=0, help="Samples per pixel; 0: each renderer's default.")] = 0,
+    renderer: Renderers = None,
+    samples: Samples = 0,
     timeout: Annotated[float, typer.Option(min=1.0, help="Seconds for one card.")] = 600.0,
     fresh: Annotated[bool, typer.Option("--fresh", help="Draw the card again, whatever is remembered.")] = False,
     as_json: Json = False,
@@ -335,9 +255,7 @@ def bench(
     what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,
     quick: Annotated[bool, typer.Option("--quick", help="A small sample (not of speed).")] = False,
     out: Annotated[Path, typer.Option(help="Folder for JSON, plots and bench.html.")] = Path("notabug-bench"),
-    renderer: Annotated[
-        list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all found.")
-    ] = None,
+    renderer: Renderers = None,
     resume: Annotated[bool, typer.Option(help="Keep what was measured with the same code.")] = True,
     as_json: Json = False,
 ) -> None:
@@ -367,8 +285,8 @@ def reduce(
         typer.Option("--set", metavar="KEY=VALUE", help="An attribute of the adapter, such as variant=scalar_rgb."),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the minimal scene and its README.")] = Path("notabug-reduced"),
-    samples: Annotated[int, typer.Option(min=0, help="Samples per pixel; 0: the renderer's default.")] = 0,
-    seeds: Annotated[int, typer.Option(min=1, max=64, help="Independent pictures of a noisy renderer.")] = 4,
+    samples: Samples = 0,
+    seeds: Seeds = 4,
     any_name: Annotated[
         bool, typer.Option("--any-name", help="Go on while there is any bug, whatever its name.")
     ] = False,

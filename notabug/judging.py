@@ -42,6 +42,7 @@ def command(
     precision: str,
     srgb: bool,
     noisy: bool | None,
+    samples: int,
     out: Path | None,
     as_json: bool,
 ) -> ExitCode:
@@ -49,7 +50,7 @@ def command(
     begun = time.perf_counter()
     scene = read_scene(source, one_variant(variants))
     pictures = [read_picture(path) for path in images]
-    declaration = declare(pictures, filter_name, radius, precision, srgb=srgb, noisy=noisy)
+    declaration = declare(pictures, filter_name, radius, precision, srgb=srgb, noisy=noisy, samples=samples)
     with tempfile.TemporaryDirectory(prefix="notabug-") as scratch:
         paths = list(images)
         if srgb or out is not None:
@@ -113,6 +114,7 @@ def declare(
     *,
     srgb: bool,
     noisy: bool | None,
+    samples: int = 0,
 ) -> Declaration:
     """What is known about pictures that came as files: the options, and the number format of the coarsest file."""
     coarsest = max(pictures, key=lambda each: each.quantum)
@@ -123,6 +125,7 @@ def declare(
         quantum=coarsest.quantum * (SRGB_SLOPE if srgb else 1.0),
         relative_quantum=coarsest.relative_quantum,
         noisy=len(pictures) > 1 if noisy is None else noisy,
+        samples=samples,
         ngon_split="unknown",
         coincident="unknown",
         lobe="unknown",

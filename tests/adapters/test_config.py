@@ -241,6 +241,7 @@ def test_files_are_matched_by_name(tmp_path: Path) -> None:
     with pytest.raises(UnsupportedError, match="no picture of this scene"):
         drawn(read_scene("calibration/plain_card"))
     assert isinstance(adapter, Files)
+    assert adapter.declaration(Quality(samples=4)).samples == 0  # how they were rendered only their table can say
 
 
 def test_a_coarser_file_than_declared_is_refused(tmp_path: Path) -> None:

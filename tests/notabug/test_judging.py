@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from unittest import mock
+
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from notabug.adapters.declared import SRGB_SLOPE, decode_srgb
+from notabug.cli import app
 from notabug.judging import declare
-from notabug.scenes_usd.picture import Picture
+from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.picture import Picture, write_exr
 
 
 def picture(quantum: float, relative: bool = False) -> Picture:
@@ -36,3 +42,12 @@ def test_the_coarsest_file_sets_the_quantum() -> None:
 def test_one_picture_is_not_noisy_unless_declared() -> None:
     assert not declare([picture(1.0)], "point", None, "float32", srgb=False, noisy=None).noisy
     assert declare([picture(1.0)], "point", None, "float32", srgb=False, noisy=True).noisy
+
+
+@pytest.mark.parametrize(("words", "samples"), [([], 0), (["--samples", "16"], 16)])
+def test_samples_are_taken_at_the_files_word(tmp_path: Path, words: list[str], samples: int) -> None:
+    path = tmp_path / "picture.exr"
+    write_exr(path, np.full((256, 256, 3), 0.1, np.float32))
+    with mock.patch("notabug.judging.judge_pictures", side_effect=SelectionError("enough seen")) as judged:
+        CliRunner().invoke(app, ["judge", str(path), "--scene", "terminator/sphere", *words])
+    assert judged.call_args.args[2].samples == samples

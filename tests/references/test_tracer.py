@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 from scipy import ndimage
 
-from notabug.references.tracer import bvh, render
+from notabug.references.tracer import bvh
 from notabug.references.tracer.envelope import Options, trace_envelope, trace_picture
 from notabug.references.tracer.flatten import flatten
 from notabug.references.tracer.intersect import ray_triangle, shear
 from notabug.references.tracer.traverse import trace
-from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Material, Texture
 from notabug.scenes_usd.triangulate import split_ngons
 
@@ -461,44 +458,7 @@ def test_silhouette_normals_are_kept_turned_or_painted_black(make: Any) -> None:
     assert not drawn["black"].any()
 
 
-# --- arithmetic ---------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def assembly(make: Any) -> str:
-    """LLVM's final code of ``radiance`` in float32 with every feature, all that it calls included.
-
-    Compiled afresh with the kernels' own switches: what comes from the disk cache has no text.
-    """
-    light = make.point((0, 0, 4))
-    shiny = Material("/Shiny", (0.2,) * 3, specular=(0.1,) * 3)
-    scene = make.scene([make.rectangle()], [light], make.camera((0, 0, 4), (0, 0, 0)), materials=(shiny,), full=True)
-    flat = flatten(scene, np.float32)
-    assert None not in (flat.quads, flat.textures, flat.spheres, flat.lobes, flat.secondary)
-    switches = {k: v for k, v in render.radiance.targetoptions.items() if k in ("nogil", "error_model", "fastmath")}
-    fresh = numba.njit(**switches)(render.radiance.py_func)
-    o, d = np.zeros(3, np.float32), np.array((0, 0, -1), np.float32)
-    stack, rays = np.empty(bvh.STACK, np.int32), np.empty((render.PENDING, 12), np.float32)
-    features = (flat.quads, flat.textures, flat.spheres, flat.lobes, flat.secondary)
-    switches_and_numbers = (Options().encoded(), Options().numbers(), np.float32(0.01))
-    fresh(flat, *features, *switches_and_numbers, *o, *d, np.float32(0.1), np.float32(100), stack, rays)
-    (text,) = fresh.inspect_llvm().values()
-    return str(text)
-
-
-def test_float32_is_float32(assembly: str) -> None:
-    """No arithmetic in double precision, but for the rounding of a normal and a light's share to the id they enter."""
-    double = re.findall(r"= f(?:mul|add|sub|div|rem)[a-z ]* double .*", assembly)
-    assert all(each.endswith(("5.120000e+02", "1.000000e+03")) for each in double), double
-    assert not re.findall(r"double @llvm\.(?!rint)\w+|@(?:sqrt|pow|floor)\(", assembly)
-    assert len(re.findall(r"= fmul float", assembly)) > 100
-
-
-def test_nothing_is_contracted_or_reassociated(assembly: str) -> None:
-    flags = r"\b(?:fast|nnan|ninf|nsz|arcp|contract|afn|reassoc)\b"
-    assert not re.findall(rf"= f(?:mul|add|sub|div|rem|neg|cmp) {flags}.*", assembly)
-    assert "llvm.fma" not in assembly
-    assert "llvm.fmuladd" not in assembly
+# --- sampling -----------------------------------------------------------------------------------------------------
 
 
 def test_seeds_and_threads(make: Any) -> None:
@@ -524,19 +484,3 @@ def test_random_samples_and_the_grid_agree(make: Any) -> None:
     assert (error <= slack + 1e-3 * envelope.mean).all()
     assert (envelope.lo <= drawn + 1e-15).all()
     assert (drawn <= envelope.hi + 1e-15).all()
-
-
-def test_the_area_of_facet_shadow_falls_as_one_over_the_facets() -> None:
-    """terminator/sphere: 7,400 px over the number n of facets around, counting what differs by more than 0.002.
-
-    A facet shadows the smooth surface where its own plane already faces away and the interpolated normal does not:
-    beside the terminator, by up to half the angle 2 pi / n between two facets. The band is as long as the terminator
-    whatever n is, and as wide as 1/n. Its contrast goes as 1/n, too, so what a threshold leaves out grows with n.
-    """
-    for n, m in ((8, 4), (16, 8), (24, 12), (48, 24), (96, 48)):
-        scene = read_scene("terminator/sphere", {"tessellation": f"{n}x{m}"})
-        lost = (trace_picture(scene) - trace_picture(scene, Options(shadows="facets"))).max(axis=2)
-        area = int((lost > 0.002).sum())
-        print(f"\n{n} x {m}: {area} px, times n {area * n}; any difference: {(lost > 0).sum() * n}")
-        assert abs(area * n / 7400 - 1) < 0.05
-        assert (lost >= 0).all()

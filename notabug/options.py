@@ -1,0 +1,110 @@
+"""What options of the command line may say, and the options that several commands share."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
+
+class Filter(StrEnum):
+    """The reconstruction filter of a picture."""
+
+    point = "point"
+    box = "box"
+    tent = "tent"
+    gaussian = "gaussian"
+    unknown = "unknown"
+
+
+class Precision(StrEnum):
+    """The arithmetic of a renderer's intersections."""
+
+    float32 = "float32"
+    float64 = "float64"
+
+
+class Encoding(StrEnum):
+    """How a picture's numbers stand for light."""
+
+    linear = "linear"
+    srgb = "srgb"
+
+
+class Variants(StrEnum):
+    """Which variants a run takes where ``--variant`` names none."""
+
+    default = "default"
+    all = "all"
+
+
+class Topic(StrEnum):
+    """What ``notabug list`` lists."""
+
+    scenes = "scenes"
+    renderers = "renderers"
+    models = "models"
+    variants = "variants"
+    workarounds = "workarounds"
+
+
+class Bench(StrEnum):
+    """What ``notabug bench`` measures."""
+
+    speed = "speed"
+    verdict = "verdict"
+    efficiency = "efficiency"
+    stability = "stability"
+    metamorphic = "metamorphic"
+
+
+class FailOn(StrEnum):
+    """Which bugs fail a run."""
+
+    any = "any"
+    visible = "visible"
+
+
+class Page(StrEnum):
+    """What ``notabug report`` draws."""
+
+    html = "html"
+    junit = "junit"
+    github = "github"
+    markdown = "markdown"
+    sarif = "sarif"
+
+
+class Format(StrEnum):
+    """What ``notabug export`` writes."""
+
+    json = "json"
+    usd = "usd"
+    obj = "obj"
+    gltf = "gltf"
+    pbrt = "pbrt"
+    povray = "povray"
+    mitsuba = "mitsuba"
+
+
+class Deed(StrEnum):
+    """What ``notabug references`` does."""
+
+    build = "build"
+    verify = "verify"
+
+
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document on standard output and nothing else there.")
+]
+Variant = Annotated[
+    list[str] | None,
+    typer.Option("--variant", metavar="SET=NAME", help="A variant; again for more, SET=all for each of the set."),
+]
+SceneOption = Annotated[str, typer.Option("--scene", metavar="ID|USD", help="The scene: an id or a USD file.")]
+Renderers = Annotated[
+    list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all that are found.")
+]
+Samples = Annotated[int, typer.Option("--samples", min=0, help="Samples per pixel; 0: the renderer's default.")]
+Seeds = Annotated[int, typer.Option("--seeds", min=1, max=64, help="Independent pictures of a noisy renderer.")]
