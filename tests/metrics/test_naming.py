@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from notabug.adapters.base import Quality
+from notabug.adapters.base import Declaration, Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.metrics.admissible import Admissible, admissible
 from notabug.metrics.explain import fit
@@ -22,6 +22,7 @@ from notabug.references.tracer.envelope import trace_picture
 from notabug.scenes_usd.scene import Scene
 
 DECLARATION = InHouse().declaration(Quality(samples=1))
+BOX = replace(InHouse().declaration(Quality(samples=64)), noisy=False)
 
 
 @pytest.fixture(scope="module")
@@ -97,11 +98,37 @@ def test_a_fault_of_some_faces_is_named(ball: Scene) -> None:
     assert verdict(ball, replace(flipped, edit=some)).findings[0].name == "normals_flipped"
 
 
-def test_scattered_wrong_pixels_have_no_name(ball: Scene) -> None:
-    picture = trace_picture(*configured(ball, ()))
+@pytest.mark.parametrize("declaration", [DECLARATION, BOX], ids=["point", "box"])
+def test_scattered_wrong_pixels_have_no_name(studio: Any, ball: Scene, declaration: Declaration) -> None:
+    """Half dark pixels are no dots of rays without an epsilon: those would be all over what is lit."""
+    clean = studio.predicted(ball)
+    picture = np.array(clean.point if declaration.filter == "point" else clean.mean)
     picture.reshape(-1, 3)[::97] *= 0.5
-    found = judge([picture], ball, DECLARATION, perceive=False).verdict
+    found = judge([picture], ball, declaration, perceive=False).verdict
     assert (found.word, found.findings[0].name) == ("bug", "unexplained")
+
+
+@pytest.mark.parametrize("strength", [0.75, 1.333])
+def test_another_shape_of_picture_is_named(studio: Any, strength: float) -> None:
+    scene = replace(studio.scene("terminator/mirror_sphere"), width=64, height=64)
+    aspect = model(scene, "aspect", strength)
+    found = judge([predict(scene, [aspect]).mean], scene, BOX, perceive=False).verdict
+    assert found.findings[0].name == "aspect"
+
+
+def test_another_light_is_no_dots(studio: Any) -> None:
+    scene = replace(studio.scene("acne/sphere"), width=64, height=64)
+    moved = model(scene, "light_moved", 0.3)
+    found = judge([predict(scene, [moved]).mean], scene, BOX, perceive=False).verdict
+    assert found.findings[0].name == "light_moved"
+
+
+def test_a_clamped_highlight_is_no_fight_of_surfaces(studio: Any) -> None:
+    """Between two colours and their shadows lies every darker one, but a fight takes more than a little of them."""
+    scene = replace(studio.scene("visibility/coincident_spheres"), width=64, height=64)
+    right = studio.predicted(scene).mean
+    found = judge([np.minimum(right, 0.9 * np.percentile(right, 99))], scene, BOX, perceive=False).verdict
+    assert (found.word, found.findings[0].name) == ("bug", "clamped")
 
 
 def test_means_over_blocks() -> None:
