@@ -14,7 +14,7 @@ from notabug.bench.verdict.exposure import expose, shows
 from notabug.bench.verdict.film import BY_NAME
 from notabug.bench.verdict.run import Record, kept, run
 from notabug.bench.verdict.stage import STAGES, jittered, resized
-from notabug.bench.verdict.summary import area, best_threshold, confusion, rate
+from notabug.bench.verdict.summary import OURS, area, best_threshold, confusion, rate, scores
 from notabug.scenes_usd.reader import read_scene
 
 
@@ -151,3 +151,10 @@ def test_a_finished_group_is_kept(tmp_path: Path) -> None:
         raise AssertionError
 
     assert list(run([group], never, tmp_path)) == [[{"word": "pass"}]]
+
+
+def test_a_gate_without_a_number_rejects() -> None:
+    """An infinite picture has no mean in ICtCp; a rank of nan would make every area under a curve nan."""
+    records = [{"severity": 2.0, "gates": {"mean": each}} for each in (float("nan"), 0.5, float("inf"))]
+    assert scores(records, "mean") == [1e9, 0.5, 1e9]
+    assert scores(records, OURS) == [2.0] * 3

@@ -75,7 +75,9 @@ def confusion(records: Sequence[Record]) -> dict[str, dict[str, int]]:
 
 
 def scores(records: Sequence[Record], judge: str) -> list[float]:
-    return [min(r["severity"], 1e9) if judge == OURS else min(r["gates"][judge], 1e9) for r in records]
+    """What ``judge`` says of each picture; a gate that has no number for one, an infinite picture say, rejects it."""
+    found = [r["severity"] if judge == OURS else r["gates"][judge] for r in records]
+    return [1e9 if math.isnan(each) else min(each, 1e9) for each in found]
 
 
 def judges(records: Sequence[Record]) -> list[dict[str, Any]]:
