@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol
@@ -43,6 +44,7 @@ class Declaration:
     filter, radius : pixel filter and its radius in pixels (0.5 for box, 0 for point).
     quantum : the step of the output's encoding at 1.0 (1/65535 for 16-bit integers, 2**-11 relative for half floats).
     relative_quantum : True where the step scales with the value (floating-point output).
+    white : the largest value that the output can hold: 1 in integer formats.
     noisy : True where another seed gives another picture.
     samples : of a pixel in one picture; 0 where that is unknown.
     ngon_split : the diagonal by which n-gons are cut before the renderer sees them: ``02`` joins corner 0 and 2;
@@ -89,6 +91,7 @@ class Declaration:
     highlight: Literal["authored", "cosine", "uncut", "unknown"] = "authored"
     hit_error: float = -1.0
     samples: int = 0
+    white: float = math.inf
 
     def __post_init__(self) -> None:
         if self.hit_error < 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -24,7 +25,7 @@ PIXELS: dict[str, tuple[float, bool]] = {
 
 SRGB_SLOPE = 2.4 / 1.055  # of the decoding at 1: by so much does a step of the file grow
 RADIUS = {"point": 0.0, "box": 0.5, "tent": 1.0, "gaussian": 2.0, "unknown": 2.0}  # pixels, where none is declared
-_DERIVED = ("quantum", "relative_quantum")
+_DERIVED = ("quantum", "relative_quantum", "white")
 _HINTS: dict[str, Any] = {name: hint for name, hint in get_type_hints(Declaration).items() if name not in _DERIVED}
 KEYS = (*_HINTS, "pixels", "encoding", "capabilities")
 CAPABILITIES = frozenset(
@@ -47,7 +48,8 @@ def declaration(table: Table, *, ngon_split: str) -> Declaration:
     said["radius"] = settings.number(table, "radius", RADIUS[said["filter"]], 0.0, 16.0)
     said["hit_error"] = settings.number(table, "hit_error", fallback["hit_error"], -1.0, 1.0)
     quantum, relative = PIXELS[pixels(table)]
-    return Declaration(**said, quantum=quantum * (SRGB_SLOPE if is_srgb(table) else 1.0), relative_quantum=relative)
+    step = quantum * (SRGB_SLOPE if is_srgb(table) else 1.0)
+    return Declaration(**said, quantum=step, relative_quantum=relative, white=math.inf if relative else 1.0)
 
 
 def pixels(table: Table) -> str:

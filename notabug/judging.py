@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shlex
 import shutil
 import sys
@@ -124,6 +125,7 @@ def declare(
         radius=RADIUS[filter_name] if radius is None else radius,
         quantum=coarsest.quantum * (SRGB_SLOPE if srgb else 1.0),
         relative_quantum=coarsest.relative_quantum,
+        white=math.inf if coarsest.relative_quantum else 1.0,
         noisy=len(pictures) > 1 if noisy is None else noisy,
         samples=samples,
         ngon_split="unknown",

@@ -90,6 +90,7 @@ def test_a_full_table_becomes_a_command(tmp_path: Path) -> None:
     assert (declared.precision, declared.filter, declared.radius, declared.noisy) == ("float64", "gaussian", 1.5, True)
     assert (declared.ngon_split, declared.depth, declared.relative_quantum) == ("02", "fixed24", False)
     assert declared.quantum == pytest.approx(2.4 / 1.055 / 65535)
+    assert declared.white == 1.0
     assert (made.limits.memory, made.limits.output, made.limits.cpu) == (3 << 29, 1000, 30)
     assert (made.timeout, made.retries, made.samples, made.capabilities) == (12, 2, 64, {"mesh"})
     assert [made.declaration(each).samples for each in (Quality(), Quality(samples=9))] == [64, 9]

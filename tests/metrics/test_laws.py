@@ -277,6 +277,14 @@ def test_an_edge_admits_as_much_of_its_step_as_few_samples_may_miss(
     assert (found.value - found.lo)[4, 7] == pytest.approx(min(0.5, share))
 
 
+@pytest.mark.parametrize(("white", "word"), [(1.0, "pass"), (np.inf, "bug")])
+def test_what_a_format_cannot_hold_is_no_bug_of_the_renderer(white: float, word: str) -> None:
+    truth = 2.0 * _smooth(3, 48, 48)
+    assert truth.max() > 1.2
+    assert _judge([np.minimum(truth, 1.0)], truth, replace(POINT, white=white)).word == word
+    assert _judge([0.9 * np.minimum(truth, 1.0)], truth, replace(POINT, white=white)).word == "bug"
+
+
 @pytest.mark.parametrize("filter_name", ["tent", "gaussian", "unknown"])
 def test_a_faint_gain_in_noise_is_found_by_all_pixels_together(filter_name: Any) -> None:
     """1 % under 3 % of noise: no single pixel can tell."""

@@ -51,6 +51,7 @@ class Condition:
             radius=self.radius,
             quantum=quantum,
             relative_quantum=relative,
+            white=1.0 if self.encoding == "srgb8" else math.inf,
             noisy=bool(self.samples),
             samples=self.samples or (SUBSAMPLES**2 if self.filter != "point" else 1),
             silhouette="keep",
