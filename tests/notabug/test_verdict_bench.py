@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,12 +11,14 @@ import numpy as np
 import pytest
 
 from notabug.bench.verdict.catalogue import FAULTS, LIMITATIONS, staged
+from notabug.bench.verdict.command import command
 from notabug.bench.verdict.design import FULL, QUICK, SEEDS, Group, groups, seeds_of
 from notabug.bench.verdict.exposure import expose, shows
 from notabug.bench.verdict.film import BY_NAME
 from notabug.bench.verdict.run import Record, kept, run
 from notabug.bench.verdict.stage import STAGES, jittered, resized
 from notabug.bench.verdict.summary import OURS, area, best_threshold, confusion, rate, scores
+from notabug.exit_codes import ExitCode
 from notabug.scenes_usd.reader import read_scene
 
 
@@ -158,3 +162,17 @@ def test_a_gate_without_a_number_rejects() -> None:
     records = [{"severity": 2.0, "gates": {"mean": each}} for each in (float("nan"), 0.5, float("inf"))]
     assert scores(records, "mean") == [1e9, 0.5, 1e9]
     assert scores(records, OURS) == [2.0] * 3
+
+
+def test_an_interrupted_bench_reports_what_there_is(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stopped(*_: object) -> Iterator[list[Record]]:
+        yield []
+        raise KeyboardInterrupt
+
+    for name, value in (("run", stopped), ("groups", lambda _: [1, 2, 3]), ("renderer_groups", lambda _: [4])):
+        monkeypatch.setattr(f"notabug.bench.verdict.command.{name}", value)
+    assert command(quick=True, as_json=True, out=tmp_path) == ExitCode.OK
+    assert json.loads(capsys.readouterr().out)["groups"] == [1, 4]
+    assert json.loads((tmp_path / "verdict.json").read_text())["groups"] == [1, 4]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,18 +23,21 @@ from notabug.tool import tool
 
 
 def command(*, quick: bool, as_json: bool, out: Path) -> ExitCode:
-    """Run what is not there yet, and report each side of the split; exit 1 where a clean picture was called a bug."""
+    """Run what is not there yet, and report each side of the split; exit 1 where a clean picture was called a bug.
+
+    Interrupted it reports what there is: any beginning of the design is a fair sample of it.
+    """
     size = QUICK if quick else FULL
     begun = time.perf_counter()
     records: list[Record] = []
-    with Progress(console=console(stderr=True), transient=True) as progress:
-        for title, found, work in (
-            ("in-house", groups(size), expose),
-            ("renderers", renderer_groups(size), expose_renderer),
-        ):
+    design = (("in-house", groups(size), expose), ("renderers", renderer_groups(size), expose_renderer))
+    drawn = [0, sum(len(found) for _, found, _ in design)]
+    with suppress(KeyboardInterrupt), Progress(console=console(stderr=True), transient=True) as progress:
+        for title, found, work in design:
             task = progress.add_task(title, total=len(found))
             for made in run(found, work, folder()):
                 records += made
+                drawn[0] += 1
                 progress.advance(task)
     document: dict[str, Any] = {
         "tool": tool(),
@@ -41,6 +45,7 @@ def command(*, quick: bool, as_json: bool, out: Path) -> ExitCode:
         "pixels": size.side,
         "seconds": time.perf_counter() - begun,
         "pictures": len(records),
+        "groups": drawn,
         "sides": {side: summary([r for r in records if r["side"] == side]) for side in size.sides},
     }
     out.mkdir(parents=True, exist_ok=True)
@@ -51,7 +56,8 @@ def command(*, quick: bool, as_json: bool, out: Path) -> ExitCode:
     else:
         for side in size.sides:
             _show(side, document["sides"][side])
-        console().print(f"{len(records)} pictures judged, {document['seconds']:.0f} s", markup=False)
+        line = f"{len(records)} pictures judged, {drawn[0]} of {drawn[1]} groups, {document['seconds']:.0f} s"
+        console().print(line, markup=False)
     _plots(out, document)
     alarms = document["sides"]["evaluation"]["clean_called_bug"]["hits"]
     return ExitCode.BUG if alarms else ExitCode.OK
