@@ -44,6 +44,7 @@ class Admissible:
     edge: Bools
     share: Floats  # (h, w) share of the footprint that was spared facet self-shadow: see Envelope.spared
     share_is_point: bool = False  # one sample a pixel, at its centre
+    widened: float = 0.0  # by how much the filter's variance exceeds that of the pixel
 
 
 def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = RELATIVE) -> Admissible:
@@ -76,7 +77,7 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
         bend = ndimage.maximum_filter(largest(np.abs(laplacian(value))), size=3)
         tau += 0.15 * np.where(edge, 0.0, bend)[..., None]
     share = envelope.spared_point if point else envelope.spared
-    return Admissible(value, np.where(at, lo, value), np.where(at, hi, value), tau, edge, share, point)
+    return Admissible(value, np.where(at, lo, value), np.where(at, hi, value), tau, edge, share, point, reach_of_filter)
 
 
 def slope(value: Floats) -> Floats:

@@ -38,7 +38,7 @@ AROUND = 4  # pixels: a filter's radius and what falls between the centres of pi
 LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
 NOISE = 3.0  # standard errors beyond which a pixel is off
 LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
-MOST_ALIKE = 0.45  # correlation of neighbours' differences: a Gaussian filter's is .37, a blot's above .5
+MOST_ALIKE, WIDENED = 0.3, 0.15  # correlation of neighbours' differences; a blot's is above .5, a Gaussian filter's .37
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,6 +136,7 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Expla
         edge=edge,
         share=base.share,
         share_is_point=base.share_is_point,
+        widened=base.widened,
     )
     significant = within & (largest(np.abs(measured.mean - base.value) - base.tau) > 0)
     if significant.any() and float(alpha[significant].mean()) < MEAN_ALPHA:
@@ -175,7 +176,7 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Expla
     lo = np.where(at, np.minimum.reduce([each.lo for each in everything]), np.where(within[..., None], value, base.lo))
     hi = np.where(at, np.maximum.reduce([each.hi for each in everything]), np.where(within[..., None], value, base.hi))
     tau = np.where(within[..., None], np.maximum.reduce([each.tau for each in everything]), base.tau)
-    target = Admissible(value, lo, hi, tau, edge, base.share, base.share_is_point)
+    target = Admissible(value, lo, hi, tau, edge, base.share, base.share_is_point, base.widened)
     length = np.sqrt(total((values[0].value - base.value) ** 2))
     return target, alpha, within, float(length[within].sum() / within.size)
 
@@ -232,7 +233,7 @@ def _grained(
     if not rough or power <= LEAST_GRAIN**2 * float((within & (alpha > 0)).sum()):
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     alike = 0.5 * float((off[:, 1:] * off[:, :-1]).sum() + (off[1:] * off[:-1]).sum())
-    if alike > MOST_ALIKE * power:
+    if alike > (MOST_ALIKE + (WIDENED if base.widened else 0.0)) * power:
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     return found
 

@@ -176,3 +176,10 @@ def test_an_interrupted_bench_reports_what_there_is(
     assert command(quick=True, as_json=True, out=tmp_path) == ExitCode.OK
     assert json.loads(capsys.readouterr().out)["groups"] == [1, 4]
     assert json.loads((tmp_path / "verdict.json").read_text())["groups"] == [1, 4]
+
+
+def test_acne_under_a_wide_filter_is_named() -> None:
+    """A Gaussian filter makes neighbours alike, as a blot does, but less."""
+    far = (("camera_distance", "1e3"),)
+    group = Group("limitation", "acne", "acne", 1.0, "acne/mirror", far, 2, "tuning", ("tent", "gaussian"), 96)
+    assert [each["limitations"] for each in expose(group)] == [["acne"], ["acne"]]
