@@ -62,7 +62,8 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
     reach_of_filter = widening(declaration)
     if reach_of_filter:
         value = filtered(value, reach_of_filter)
-    value, lo, hi = (np.minimum(each, declaration.white) for each in (value, lo, hi))
+    if math.isfinite(declaration.white):
+        value, lo, hi = (np.minimum(each, declaration.white) for each in (value, lo, hi))
     tau = tolerance * np.abs(value) + ABSOLUTE * max(float(value.max(initial=0.0)), DARK)
     tau += LSB * declaration.quantum * (np.abs(value) if declaration.relative_quantum else 1.0)
     if not point:

@@ -61,14 +61,7 @@ class Explanation:
 
     @property
     def triggers(self) -> tuple[str, ...]:
-        found = list(self.significance.triggers)
-        if self.nuisance.gained:
-            found.append("gain")
-        if self.nuisance.shifted:
-            found.append("shift")
-        if self.nuisance.warped:
-            found.append("warp")
-        return tuple(found)
+        return self.significance.triggers + self.nuisance.triggers
 
     @property
     def severity(self) -> float:

@@ -125,9 +125,10 @@ def _names(
     for target in {id(each): each for each in (reference, found.target)}.values():
         for cause in causes(measured, target):
             left = significance(residual(measured.mean, cause.target), measured, cause.target)
-            remains = (
-                left.excess / length if not faint else float(bool(left.triggers) or _moved(measured, cause.target))
-            )
+            remains = left.excess / length
+            if faint:  # nor may what was found in the whole picture be there still
+                still = nuisance(measured, cause.target, np.zeros(cause.target.edge.shape, np.bool_))
+                remains = float(bool(left.triggers + still.triggers))
             yield Name(cause.name, cause.message, remains, misfit(cause.target))
     tries = list(likely(measured, found, faults, predict, preview))
     for fault in tries:
@@ -156,12 +157,6 @@ def _names(
             left = significance(residual(measured.mean, patched), measured, patched)
             remains = left.excess / length if not faint else float(bool(left.triggers))
             yield Name(fault.name, fault.claim, remains, misfit(patched) * FREE + CHOICE)
-
-
-def _moved(measured: Measured, to: Admissible) -> bool:
-    """Whether the picture as a whole is still another one: brighter, shifted or warped."""
-    left = nuisance(measured, to, np.zeros(to.edge.shape, np.bool_))
-    return left.gained or left.shifted or left.warped
 
 
 def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:

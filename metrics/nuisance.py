@@ -65,6 +65,11 @@ class Nuisance:
     def warped(self) -> bool:
         return self.severity[2] > 1.0
 
+    @property
+    def triggers(self) -> tuple[str, ...]:
+        found = {"gain": self.gained, "shift": self.shifted, "warp": self.warped}
+        return tuple(name for name, fired in found.items() if fired)
+
 
 def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
     """The gain on smooth pixels by Tukey-weighted least squares, the shift at edges by Huber regression.
