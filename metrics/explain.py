@@ -290,7 +290,7 @@ def explain(
     if not bare.triggers:
         return bare
     useful = [
-        each for each in models if (preview is None or _near(bare, each, preview)) and _helps(bare, each, predict)
+        each for each in models if (preview is None or nears(bare, each, preview)) and _helps(bare, each, predict)
     ]
     for chosen in candidates(useful, habits(models)):
         if not chosen:
@@ -308,11 +308,11 @@ def explain(
     return replace(best, before=bare.significance.z)
 
 
-def _near(start: Explanation, model: Model, preview: Preview) -> bool:
-    """Whether ``model`` changes the centre of any pixel within AROUND pixels of one that needs explaining."""
+def nears(start: Explanation, model: Model, preview: Preview, fixed: tuple[Model, ...] = ()) -> bool:
+    """Whether ``model`` changes, on top of ``fixed``, the centre of a pixel within AROUND of one to be explained."""
     near = ndimage.binary_dilation(start.significance.pixels, np.ones((3, 3), bool), iterations=AROUND)
-    base = preview(())
-    return not near.any() or any(bool((preview((value,)) != base)[near].any()) for value in model.values())
+    base = preview(fixed)
+    return not near.any() or any(bool((preview((*fixed, value)) != base)[near].any()) for value in model.values())
 
 
 def _helps(start: Explanation, model: Model, predict: Predict) -> bool:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.causes import causes
 from notabug.metrics.channels import largest, total
-from notabug.metrics.explain import LEAST_TOUCHED, Explanation, Predict, Preview, fit, support
+from notabug.metrics.explain import LEAST_TOUCHED, Explanation, Predict, Preview, fit, nears, support
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import nuisance
 from notabug.metrics.significance import significance
@@ -134,7 +134,7 @@ def _names(
     for fault in tries:
         tried: list[Explanation] = []
         for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
-            if tried and models != found.models and not _useful(tried[0], fault, models, predict):
+            if tried and models != found.models and not _useful(tried[0], fault, models, predict, preview):
                 continue
             fitted = fit(measured, models, predict, (fault,))
             tried.append(fitted)
@@ -166,10 +166,13 @@ def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:
     return float(wrong.sum()) >= LEAST_TOUCHED * float(acts.sum())
 
 
-def _useful(bare: Explanation, fault: Model, models: tuple[Model, ...], predict: Predict) -> bool:
-    """Whether ``models`` move any pixel that ``fault`` alone leaves wrong."""
+def _useful(bare: Explanation, fault: Model, models: tuple[Model, ...], predict: Predict, preview: Preview) -> bool:
+    """Whether ``models`` move any pixel that ``fault`` alone leaves wrong; most do not, as previews tell."""
     wrong = bare.significance.pixels
-    return any(bool((support(bare.target, predict((fault, each))) & wrong).any()) for each in models)
+    return any(
+        nears(bare, each, preview, (fault,)) and bool((support(bare.target, predict((fault, each))) & wrong).any())
+        for each in models
+    )
 
 
 def likely(

@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+from scipy import sparse
 
 from notabug.adapters.base import Declaration, Filter
 
@@ -77,7 +78,7 @@ BY_NAME = {each.name: each for each in CONDITIONS}
 
 
 @lru_cache(maxsize=64)
-def _gather(pixels: int, subsamples: int, name: str, radius: float) -> Floats:
+def _gather(pixels: int, subsamples: int, name: str, radius: float) -> sparse.csr_array:
     """(pixels, pixels * subsamples) weights of a separable pixel filter, each row with the sum 1."""
     place = (np.arange(pixels * subsamples) + 0.5) / subsamples
     off = np.abs(place[None, :] - (np.arange(pixels)[:, None] + 0.5))
@@ -86,24 +87,37 @@ def _gather(pixels: int, subsamples: int, name: str, radius: float) -> Floats:
     else:
         weight = np.maximum(1.0 - off, 0.0) if name == "tent" else (off < 0.5).astype(float)
     weight[off > radius] = 0.0
-    return np.asarray(weight / weight.sum(axis=1, keepdims=True))
+    return sparse.csr_array(weight / weight.sum(axis=1, keepdims=True))
 
 
 def filtered(sub: Floats, condition: Condition) -> Floats:
-    """The picture without noise (h, w, 3) of subsamples (h * s, w * s, 3)."""
+    """The picture without noise (h, w, c) of subsamples (h * s, w * s, c)."""
     s = SUBSAMPLES
     if condition.filter == "point":
         return np.ascontiguousarray(sub[s // 2 :: s, s // 2 :: s])
-    h, w = sub.shape[0] // s, sub.shape[1] // s
-    rows, columns = (_gather(each, s, condition.filter, condition.radius) for each in (h, w))
-    return np.asarray(np.einsum("yi,ijc->yjc", rows, sub, optimize=True).swapaxes(1, 2) @ columns.T).swapaxes(1, 2)
+    picture = sub
+    for _ in range(2):  # down, then across
+        pixels = picture.shape[0] // s
+        weights = _gather(pixels, s, condition.filter, condition.radius)
+        summed = weights @ picture.reshape(picture.shape[0], -1)
+        picture = np.ascontiguousarray(summed.reshape(pixels, *picture.shape[1:]).swapaxes(0, 1))
+    return picture
+
+
+def _drawn(n: int, pixels: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:
+    """How many of ``n`` samples fall on each subsample (pixels, SUBSAMPLES^2)."""
+    places = SUBSAMPLES**2
+    if n > places:
+        return rng.multinomial(n, np.full(places, 1.0 / places), size=pixels)
+    place = np.arange(pixels)[:, None] * places + rng.integers(places, size=(pixels, n))  # faster for few samples
+    return np.bincount(place.ravel(), minlength=pixels * places).reshape(pixels, places)
 
 
 def _noisy(sub: Floats, condition: Condition, rng: np.random.Generator) -> Floats:
     """One seed: samples at random places of each pixel, each with a gamma-distributed factor of mean 1."""
     s, n = SUBSAMPLES, condition.samples
     h, w = sub.shape[0] // s, sub.shape[1] // s
-    drawn = rng.multinomial(n, np.full(s * s, 1.0 / (s * s)), size=(h, w)).reshape(h, w, s, s)
+    drawn = _drawn(n, h * w, rng).reshape(h, w, s, s)
     count: Floats = drawn.swapaxes(1, 2).reshape(h * s, w * s).astype(np.float64)
     shape = 1.0 / SPREAD**2
     weight = rng.standard_gamma(count * shape) / shape  # the sum of ``count`` gammas is a gamma
