@@ -14,7 +14,7 @@ from notabug.adapters.base import Declaration
 from notabug.metrics import perceive as eye
 from notabug.metrics.admissible import RELATIVE, Admissible, Bools, admissible
 from notabug.metrics.causes import gain_message
-from notabug.metrics.channels import largest, total
+from notabug.metrics.channels import largest
 from notabug.metrics.explain import Explanation, Predict, admitted, explain, support
 from notabug.metrics.naming import UNNAMED, Name, Others, name_bug
 from notabug.metrics.noise import TILE, Measured, measure
@@ -167,13 +167,14 @@ def _beyond_telling(found: Explanation, open_to: Sequence[Model], predicted: Pre
 
 def _looks_noisy(measured: Measured, found: Explanation) -> bool:
     """A residual that changes sign from pixel to pixel all over the smooth parts is noise, not a fault."""
-    r = total(measured.mean - found.target.value) / 3.0
+    off = measured.mean - found.target.value
+    r = off[..., int(np.argmax((off**2).sum(axis=(0, 1))))]  # where red and blue are exchanged their sum says nothing
     smooth = ~ndimage.binary_dilation(found.target.edge)
     bright = smooth & (largest(found.target.value) > 0)
-    off = r[found.significance.pixels & bright]
-    if bright.sum() < 256 or off.size < 0.05 * bright.sum():
+    wrong = r[found.significance.pixels & bright]
+    if bright.sum() < 256 or wrong.size < 0.05 * bright.sum():
         return False
-    if not 0.05 < float((off > 0).mean()) < 0.95:  # all too dark, or all too bright: acne, or holes
+    if not 0.05 < float((wrong > 0).mean()) < 0.95:  # all too dark, or all too bright: acne, or holes
         return False
     centred = np.where(bright, r - r[bright].mean(), 0.0)
     power = float((centred**2).sum()) / float(bright.sum())

@@ -35,6 +35,7 @@ CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight woul
 CHOICE, FREE = 0.05, 1.1  # what a local fault's misfit is raised by, for it may choose at each pixel, in noise too
 NEARLY = 0.03  # a strength that leaves this is good enough
 HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried beside limitations
+EXACT = 0.01  # misfit of a name that nothing else can beat by anything that matters: the others are not tried
 NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
 BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
 
@@ -79,6 +80,8 @@ def name_bug(
     for each in _names(measured, found, faults, limitations, predict, preview):
         if each.remains < REMAINS and (best is None or _better(each, best, noisy=measured.noisy)):
             best = each
+            if best.remains == 0.0 and best.misfit < EXACT and not best.freedom and not best.anything:
+                break
     if best is not None:
         return best
     if _alike(measured.mean, reference.value) < OTHER:

@@ -20,6 +20,9 @@ ERRORS = 4.0  # standard errors: at three 1 in 400 gains of nothing but noise is
 SHIFT = 0.2  # pixels; aliased edges fake up to 0.13
 WARP = 0.3  # pixels by which corners move against the middle
 _BLUR = 1.0  # standard deviation: a warp moves the border by more pixels than a gradient reaches
+# (standard deviation of a blur, share of the change that a shift may leave): across a hard edge a picture is no line,
+# and a shift leaves most of what it has changed; with both pictures blurred it is one, and a shift must leave little.
+_LEAVES = ((0.0, 0.75), (0.7, 0.5))
 _MIN_PIXELS = 64
 _ENOUGH = 20_000  # values that fix a gain far better than its tolerance
 
@@ -114,26 +117,31 @@ def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, flo
 
 
 def _shift(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> tuple[tuple[float, float], float]:
-    value, mean = total(to.value), total(measured.mean)
-    at, dx, dy = _slopes(value, excluded)
-    if at.sum() < _MIN_PIXELS:
-        return (0.0, 0.0), 0.0
-    # a picture moved by (sx, sy) is R - sx dR/dx - sy dR/dy; the Laplacian takes up a benign blur
-    terms = np.stack([-dx[at], -dy[at], laplacian(value)[at]], axis=1)
-    found = _huber(terms, mean[at] - gain * value[at])
-    if found is None:
-        return (0.0, 0.0), 0.0
-    fit, covariance, before, after = found
-    error = float(np.sqrt(measured.kappa * np.diag(covariance)[:2].max()))
-    noise = float(np.sqrt(2.0 / np.pi * total(measured.variance)[at]).sum())  # what no shift takes away: mean |noise|
-    if after - noise > 0.75 * (before - noise):  # a shift explains the edges, or it is no shift
-        return (0.0, 0.0), error
-    return (float(fit[0]), float(fit[1])), error
+    least = 0.0
+    for blur, leaves in _LEAVES:
+        value, mean = (_blurred(total(each), blur) for each in (to.value, measured.mean))
+        at, dx, dy = _slopes(value, excluded)
+        if at.sum() < _MIN_PIXELS:
+            break
+        # a picture moved by (sx, sy) is R - sx dR/dx - sy dR/dy; the Laplacian takes up a benign blur
+        terms = np.stack([-dx[at], -dy[at], laplacian(value)[at]], axis=1)
+        found = _huber(terms, mean[at] - gain * value[at])
+        if found is None:
+            break
+        fit, covariance, before, after = found
+        alike = max(1.0, 4.0 * np.pi * blur**2)  # pixels: neighbours are after the blur
+        error = float(np.sqrt(measured.kappa * alike * np.diag(covariance)[:2].max()))
+        least = least or error
+        # what no shift takes away: mean |noise|
+        noise = float(np.sqrt(2.0 / np.pi * total(measured.variance)[at] / alike).sum())
+        if after - noise <= leaves * (before - noise):  # a shift explains the edges, or it is no shift
+            return (float(fit[0]), float(fit[1])), error
+    return (0.0, 0.0), least
 
 
 def _warp(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> tuple[float, float]:
     """How far a corner moves against the middle, and its standard error."""
-    value, mean = (ndimage.gaussian_filter(total(each), _BLUR, mode="nearest") for each in (to.value, measured.mean))
+    value, mean = (_blurred(total(each), _BLUR) for each in (to.value, measured.mean))
     at, dx, dy = _slopes(value, excluded)
     if at.sum() < _MIN_PIXELS:
         return 0.0, 0.0
@@ -154,6 +162,10 @@ def _warp(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> t
         return 0.0, error
     corners = [(fit[3] * x + fit[4] * y, fit[5] * x + fit[6] * y) for x, y in ((1.0, 1.0), (1.0, -1.0))]
     return max(float(np.hypot(*each)) for each in corners), error
+
+
+def _blurred(value: Floats, blur: float) -> Floats:
+    return np.asarray(ndimage.gaussian_filter(value, blur, mode="nearest")) if blur else value
 
 
 def _slopes(value: Floats, excluded: Bools) -> tuple[Bools, Floats, Floats]:

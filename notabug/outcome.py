@@ -56,7 +56,7 @@ def _write(
         ("limitation_map", judgement.limitation_map),
         ("bug_map", judgement.bug_map),
     ):
-        if pixels.size:
+        if pixels.any() or not name.endswith("_map"):  # a leg that is empty has no map
             images[name] = folder / f"{name}.exr"
             write_exr(images[name], np.atleast_3d(pixels), half=name.endswith("_map"))
     return image, images

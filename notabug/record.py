@@ -30,7 +30,7 @@ class Result:
     seeds: int = 0
     seconds: dict[str, float] = field(default_factory=lambda: {"render": 0.0, "judge": 0.0})
     image: str = ""
-    images: dict[str, str] = field(default_factory=dict)  # nearest, reference, limitation_map, bug_map
+    images: dict[str, str] = field(default_factory=dict)  # nearest, reference; where not empty: limitation_map, bug_map
     size: tuple[int, int] = (0, 0)  # width, height
     command: str = ""  # reproduces this result
     renderer_command: tuple[str, ...] = ()

@@ -394,10 +394,11 @@ def render_pixels(
 ):
     """Render the pixels numbered y * width + x in ``pixels`` into the full-size arrays.
 
-    ``samples`` positions a pixel: a regular ``grid`` x ``grid`` (grid > 0), or uniformly random ones drawn from
-    ``seed``. Fills (h, w, 3) ``mean``, ``variance`` (of one sample), ``lo``, ``hi``; (h, w) ``ids`` of the first
-    sample, ``mixed``: 1 where ids differ within the pixel, 2 where only the lights that are blocked do, from one sample
-    to the next, or 3; ``spared`` the share of samples that were spared facet self-shadow.
+    ``samples`` positions a pixel: a regular ``grid`` x ``grid`` (grid > 0), the lattice whose generator is -``grid``
+    (see ``envelope.lattice``), or uniformly random ones drawn from ``seed`` (0). Fills (h, w, 3) ``mean``,
+    ``variance`` (of one sample), ``lo``, ``hi``; (h, w) ``ids`` of the first sample, ``mixed``: 1 where ids differ
+    within the pixel, 2 where only the lights that are blocked do, from one sample to the next, or 3; ``spared`` the
+    share of samples that were spared facet self-shadow.
     """
     stack = np.empty(STACK, np.int32)
     rays = np.empty((PENDING, RAY), flat.points.dtype)
@@ -412,6 +413,9 @@ def render_pixels(
             if grid > 0:
                 cells = type(half)(grid)
                 jx, jy = (type(half)(s % grid) + half) / cells, (type(half)(s // grid) + half) / cells
+            elif grid < 0:
+                cells = type(half)(samples)
+                jx, jy = (type(half)(s) + half) / cells, (type(half)((-grid * s) % samples) + half) / cells
             else:
                 jx, jy = type(half)(_uniform(pixel, s, seed, 0)), type(half)(_uniform(pixel, s, seed, 1))
             a = two * (type(half)(column) + jx) / type(half)(width) - one

@@ -23,6 +23,7 @@ uv = numpy.array(task["uv"], float)
 meshes = pymeshlab.MeshSet(verbose=False)
 same = dict(targetfacenum=task["target"], preserveboundary=True)
 same["optimalplacement"] = False  # points stay where their uv are right; only what lies between them can go wrong
+same["preservenormal"] = True  # a facet that is folded over would shadow those beneath it
 if task["with_uv"]:
     meshes.add_mesh(pymeshlab.Mesh(points, faces, v_tex_coords_matrix=uv))
     meshes.compute_texcoord_transfer_vertex_to_wedge()

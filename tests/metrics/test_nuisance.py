@@ -111,3 +111,21 @@ def test_a_filter_widens_by_its_second_moment(name: str, radius: float, variance
     x = np.arange(9) - 4.0
     assert spread.sum() == pytest.approx(1.0)
     assert (spread.sum(axis=0) * x * x).sum() == pytest.approx(variance)
+
+
+def chequers(right: float = 0.0) -> Floats:
+    """Hard squares, by the means over 8 x 8 subsamples, turned by five degrees and moved."""
+    y, x = np.mgrid[0 : SIDE * 8, 0 : SIDE * 8] / 8.0
+    c, s = np.cos(np.radians(5.0)), np.sin(np.radians(5.0))
+    u, v = c * (x - right) + s * y, c * y - s * (x - right)
+    fine = np.sign(np.sin(u / 6.0 + 0.3) * np.sin(v / 6.0 + 0.1))
+    value = 0.5 + 0.3 * fine.reshape(SIDE, 8, SIDE, 8).mean(axis=(1, 3))
+    return np.repeat(value[..., None], 3, axis=2)
+
+
+@pytest.mark.parametrize("moved", [0.0, 0.25])
+def test_a_shift_is_found_across_hard_edges(moved: float) -> None:
+    """There a picture is no line from pixel to pixel, and only with both blurred does a shift leave little."""
+    found = nuisance(measure(noisy(chequers(moved)), NONE), target(chequers()), NONE)
+    assert found.shifted == (moved > 0)
+    assert found.shift == pytest.approx((moved, 0.0), abs=0.03)
