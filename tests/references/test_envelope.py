@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import pytest
 
-from notabug.references.tracer.envelope import changes, trace_envelope
+from notabug.references.tracer.envelope import changes, lattice, trace_envelope
 from notabug.references.tracer.render import SEEN
 from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.scene import Material
 
 
 def test_a_shadows_edge_is_told_from_an_outline() -> None:
@@ -23,3 +26,34 @@ def test_a_shadows_edge_is_told_from_an_outline() -> None:
     assert (cast & ~outline).sum() > 100
     assert np.array_equal(found.edge | changes(dark), (found.edge | changes(dark)) | cast)
     assert not trace_envelope(replace(scene, lights=())).cast.any()
+
+
+@pytest.mark.parametrize("samples", [16, 64, 1024])
+def test_each_column_and_row_of_a_lattice_holds_one_point(samples: int) -> None:
+    rows = [lattice(samples) * s % samples for s in range(samples)]
+    assert sorted(rows) == list(range(samples))
+
+
+@pytest.mark.parametrize("above", [0.03, 0.31, 0.6928])
+@pytest.mark.parametrize("thick", [0.0224, 0.07])
+def test_a_strip_along_a_border_that_no_row_of_a_grid_meets(make: Any, above: float, thick: float) -> None:
+    """Black between white and grey, as the shadow under a sheet is: the pixels' means are those of the areas."""
+    size, row = 16, 5
+    world = 0.8 / size  # a pixel: from z = 2 straight above, with the tangent .2, -.4 to .4 are seen
+    top = 0.4 - (row + above) * world
+    bands = ((0, 9.0, top), (1, top, top - thick * world), (2, top - thick * world, -9.0))
+    scene = make.scene(
+        [
+            make.mesh([(-9, a, 0), (-9, b, 0), (9, b, 0), (9, a, 0)], [(0, 1, 2, 3)], k, path=f"/Band{k}")
+            for k, a, b in bands
+        ],
+        [make.distant((0, 0, -1), np.pi)],
+        make.camera((0, 0, 2.0), (0, 0, 0), 0.2),
+        materials=[Material(f"/M{k}", (each,) * 3) for k, each in enumerate((1.0, 0.0, 0.5))],
+        size=size,
+    )
+    found = trace_envelope(scene)
+    assert found.lo[row].max() == 0.0
+    assert found.mean[row] == pytest.approx(above + 0.5 * (1.0 - above - thick), abs=1.5 / 64)
+    assert found.mean[row - 1] == pytest.approx(1.0)
+    assert found.mean[row + 1] == pytest.approx(0.5)
