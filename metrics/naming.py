@@ -35,7 +35,7 @@ CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight woul
 CHOICE, FREE = 0.05, 1.1  # what a local fault's misfit is raised by, for it may choose at each pixel, in noise too
 NEARLY = 0.03  # a strength that leaves this is good enough
 HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried beside limitations
-EXACT = 0.01  # misfit of a name that nothing else can beat by anything that matters: the others are not tried
+EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may leave which no fault need be tried after
 NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
 BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
 
@@ -77,11 +77,12 @@ def name_bug(
     """Name the bug in ``measured``, of which ``found`` is the best explanation by ``limitations`` alone."""
     best: Name | None = None
     reference = predict(())
+    exact = EXACT * min(1.0, _misfit(measured, found.target, _scale(measured, reference)))
     for each in _names(measured, found, faults, limitations, predict, preview):
         if each.remains < REMAINS and (best is None or _better(each, best, noisy=measured.noisy)):
             best = each
-            if best.remains == 0.0 and best.misfit < EXACT and not best.freedom and not best.anything:
-                break
+            if best.fitted is None and best.remains == 0.0 and best.misfit < exact:
+                break  # what is wrong with the whole picture leaves nothing for a fault to explain
     if best is not None:
         return best
     if _alike(measured.mean, reference.value) < OTHER:
@@ -122,9 +123,6 @@ def _names(
     reference = predict(())
     scale = _scale(measured, reference)
 
-    def misfit(to: Admissible) -> float:
-        return float((np.abs(residual(measured.mean, to)) / scale).mean())
-
     for target in {id(each): each for each in (reference, found.target)}.values():
         for cause in causes(measured, target):
             left = significance(residual(measured.mean, cause.target), measured, cause.target)
@@ -132,7 +130,7 @@ def _names(
             if faint:  # nor may what was found in the whole picture be there still
                 still = nuisance(measured, cause.target, np.zeros(cause.target.edge.shape, np.bool_))
                 remains = float(bool(left.triggers + still.triggers))
-            yield Name(cause.name, cause.message, remains, misfit(cause.target))
+            yield Name(cause.name, cause.message, remains, _misfit(measured, cause.target, scale))
     tries = list(likely(measured, found, faults, predict, preview))
     for fault in tries:
         tried: list[Explanation] = []
@@ -143,7 +141,7 @@ def _names(
             tried.append(fitted)
             left = fitted.significance
             remains = left.excess / length if not faint else float(bool(fitted.triggers))
-            off = misfit(fitted.target)
+            off = _misfit(measured, fitted.target, scale)
             if fault.rule == "choice":
                 yield Name(fault.name, fault.claim, remains, off, fitted)
             else:
@@ -159,7 +157,7 @@ def _names(
             patched = patchwork(measured, found.target, predict((fault,)))
             left = significance(residual(measured.mean, patched), measured, patched)
             remains = left.excess / length if not faint else float(bool(left.triggers))
-            yield Name(fault.name, fault.claim, remains, misfit(patched) * FREE + CHOICE)
+            yield Name(fault.name, fault.claim, remains, _misfit(measured, patched, scale) * FREE + CHOICE)
 
 
 def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:
@@ -296,6 +294,10 @@ def _sane(strength: float, fault: Model) -> float:
 def _scale(measured: Measured, to: Admissible) -> Floats:
     """What a residual is worth (h, w, 3): a quarter of the tolerance, and the noise."""
     return np.sqrt(np.asarray((to.tau / 4.0) ** 2 + measured.variance))
+
+
+def _misfit(measured: Measured, to: Admissible, scale: Floats) -> float:
+    return float((np.abs(residual(measured.mean, to)) / scale).mean())
 
 
 def _alike(a: Floats, b: Floats) -> float:
