@@ -23,10 +23,10 @@ DARK = 1e-9  # the brightest value of a picture that is black
 # may have a row more or less: an eighth and a tenth of the step, which is in the range of the footprints around.
 # On the tuning split at 64 x 64, 832 clean pictures: 0.02 of the pixel's own range 82 false alarms, this 1.
 GRID = 0.2
-# As much of an edge's step, too: in clean pictures of every scene, 64 x 64, by box, tent, Gaussian and 256 samples,
-# 0.19 at most. With fewer samples than these it may be half of it. A shadow's edge is none of these: at a grazing
-# light a renderer's epsilon moves it by more than a pixel.
-EDGE, ENOUGH = 0.25, 16
+# Of an edge's step: in clean pictures of every scene, 64 x 64, by box, tent and Gaussian, 0.146 at most. With fewer
+# samples than these it may be half of it. A shadow's edge is none of these: at a grazing light a renderer's epsilon
+# moves it by more than a pixel.
+EDGE, ENOUGH = 0.19, 16
 LSB = 0.55  # a rounded value is off by half a step, and a little for a rounding error before it
 
 
