@@ -140,8 +140,6 @@ class Processes:
             # Not fork: the parent holds locks of other threads by now.
             context = multiprocessing.get_context("spawn")
             self._pool = ProcessPoolExecutor(self.at_once, context, _begin, (self._threads,))
-            for _ in range(self.at_once):  # all start now, or the second would only when the first has a job
-                self._pool.submit(_start)
         return self._pool
 
     def _close(self) -> None:
@@ -168,12 +166,6 @@ def _begin(threads: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears it too and decides
     signal.signal(signal.SIGTERM, _end)
     threading.Thread(target=_outlive, daemon=True).start()
-
-
-def _start() -> None:
-    """Import what every job needs."""
-    import notabug.outcome
-    import notabug.scenes_usd.reader_stage  # noqa: F401
 
 
 def _end(number: int, frame: FrameType | None) -> None:
