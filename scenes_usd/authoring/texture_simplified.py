@@ -38,7 +38,7 @@ CARD = {
 CELLS = 40
 FACES = 500  # of 3,200
 MESHES = Path(__file__).resolve().parent.parent / "texture" / "meshes"
-HILL = (-0.42, -0.3, 0.16, 0.2)  # x, z, height, radius
+HILL = (-0.42, -0.3, 0.12, 0.15)  # x, z, height, radius
 SWIRL = (0.38, 0.2, 1.15, 0.42)  # x, z, radians at the centre, radius
 
 
