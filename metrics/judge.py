@@ -191,7 +191,7 @@ def _global_name(found: Explanation) -> Name | None:
         return Name("light_gain", gain_message(found.nuisance.gain), 0.0)
     if found.nuisance.warped and not found.nuisance.shifted:
         how = "the field of view, the aspect or the roll is wrong"
-        return Name("field_of_view", f"corners move by {found.nuisance.warp:.2f} pixels against the middle: {how}", 0.0)
+        return Name("field_of_view", f"edges move by up to {found.nuisance.warp:.2f} pixels against the middle: {how}", 0.0)
     x, y = found.nuisance.shift
     return Name("pixel_shift", f"the picture is shifted by ({x:+.2f}, {y:+.2f}) pixels (right, down)", 0.0)
 

@@ -18,7 +18,7 @@ Bools = npt.NDArray[np.bool_]
 GAIN = 0.004  # a gain within this of 1, plus some standard errors, is none
 ERRORS = 4.0  # standard errors: at three 1 in 400 gains of nothing but noise is one
 SHIFT = 0.2  # pixels; aliased edges fake up to 0.13
-WARP = 0.3  # pixels by which corners move against the middle
+WARP = 0.3  # pixels by which what is farthest from the middle moves against it
 _BLUR = 1.0  # standard deviation: a warp moves the border by more pixels than a gradient reaches
 # (standard deviation of a blur, share of the change that a shift may leave): across a hard edge a picture is no line,
 # and a shift leaves most of what it has changed; with both pictures blurred it is one, and a shift must leave little.
@@ -31,8 +31,8 @@ _ENOUGH = 20_000  # values that fix a gain far better than its tolerance
 class Nuisance:
     """The gain and its standard error; the shift in pixels (x right, y down) and its standard error; and the warp.
 
-    The warp is what a magnification, an aspect or a roll does to the corners: the farthest that one moves against the
-    middle of the picture, in pixels, with its standard error.
+    The warp is what a magnification, an aspect or a roll does: the farthest that anything with an edge moves against
+    the middle of all that has, in pixels, with its standard error.
 
     ``channels`` are the gains of red, green and blue alone, each with its error. Errors hold a quarter of what rounding
     can do to a flat picture: it rounds all of its pixels alike.
@@ -140,7 +140,10 @@ def _shift(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> 
 
 
 def _warp(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> tuple[float, float]:
-    """How far a corner moves against the middle, and its standard error."""
+    """How far the pixels that can show it move against their middle, and its standard error.
+
+    Not how far the picture's corners would: of one line a blur makes a warp that is wild where there is nothing to see.
+    """
     value, mean = (_blurred(total(each), _BLUR) for each in (to.value, measured.mean))
     at, dx, dy = _slopes(value, excluded)
     if at.sum() < _MIN_PIXELS:
@@ -156,12 +159,13 @@ def _warp(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> t
     if plain is None or found is None:
         return 0.0, 0.0
     fit, covariance, before, after = found
+    u, v = u - u.mean(), v - v.mean()
     # neighbours are alike after the blur: as 4 pi sigma^2 pixels
-    error = float(np.sqrt(measured.kappa * 4.0 * np.pi * _BLUR**2 * 2.0 * np.diag(covariance)[3:].max()))
+    scatter = measured.kappa * 4.0 * np.pi * _BLUR**2 * np.diag(covariance)[3:].max()
+    error = float(np.sqrt(scatter) * np.hypot(u, v).max())
     if after > 0.75 * min(before, plain[3]):  # a warp explains the edges, and a shift does not, or it is no warp
         return 0.0, error
-    corners = [(fit[3] * x + fit[4] * y, fit[5] * x + fit[6] * y) for x, y in ((1.0, 1.0), (1.0, -1.0))]
-    return max(float(np.hypot(*each)) for each in corners), error
+    return float(np.hypot(fit[3] * u + fit[4] * v, fit[5] * u + fit[6] * v).max()), error
 
 
 def _blurred(value: Floats, blur: float) -> Floats:

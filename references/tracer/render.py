@@ -43,6 +43,7 @@ SEEN = (1 << 40) - 1  # the bits of an id that say what is seen
 DARK = 8388593  # a prime below 2^23: of the lights that are blocked so much goes into the bits above
 BOUNCES = 8
 RAY = 15  # columns of a ray that waits: see radiance
+PROBES = 12  # halvings of the way between two samples of a pixel
 PENDING = 64  # rays that may wait in the recursion's stack: three a hit, one of them followed at once
 PASSAGES = 64  # straight passages through opacity a path may have; they are no bounces
 
@@ -408,9 +409,14 @@ def render_pixels(
     for pixel in pixels:
         row, column = pixel // width, pixel % width
         sr, sg, sb, qr, qg, qb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        first, last, differ, excuses = 0, 0, 0, 0
-        for s in range(samples):
-            if grid > 0:
+        first, last, differ, excuses, probes = 0, 0, 0, 0, 0
+        jx, jy, ax, ay, bx, by, px, py, at, beyond = half, half, half, half, half, half, half, half, 0, 0
+        for s in range(samples + PROBES):
+            if s >= samples:  # halfway between two samples that see other objects, to what lies hidden at their border
+                if s == samples + probes:
+                    break
+                jx, jy = (ax + bx) * half, (ay + by) * half
+            elif grid > 0:
                 cells = type(half)(grid)
                 jx, jy = (type(half)(s % grid) + half) / cells, (type(half)(s // grid) + half) / cells
             elif grid < 0:
@@ -435,13 +441,27 @@ def render_pixels(
                     lo[row, column, k] = value
                     hi[row, column, k] = value
             else:
-                if identity != first:
-                    differ |= 1
-                if identity != last and (identity ^ last) & SEEN == 0:
-                    differ |= 2
                 for k, value in enumerate((r, g, bl)):
                     lo[row, column, k] = min(lo[row, column, k], value)
                     hi[row, column, k] = max(hi[row, column, k], value)
+            if s >= samples:
+                if identity == at:
+                    ax, ay = jx, jy
+                elif identity == beyond:
+                    bx, by = jx, jy
+                else:  # a third: thinner than the samples lie apart
+                    if (identity ^ at) & SEEN == 0 or (identity ^ beyond) & SEEN == 0:
+                        differ |= 2
+                    break
+                continue
+            if identity != first:
+                differ |= 1
+            if s > 0 and identity != last and (identity ^ last) & SEEN == 0:
+                differ |= 2
+            if grid < 0 and s > 0 and probes == 0 and (identity ^ last) & SEEN != 0:
+                probes = PROBES
+                ax, ay, at, bx, by, beyond = px, py, last, jx, jy, identity
+            px, py = jx, jy
             last = identity
             excuses += forgiven
             sr, sg, sb = sr + r, sg + g, sb + bl

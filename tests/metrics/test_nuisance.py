@@ -67,6 +67,15 @@ def test_a_warp_is_measured_and_a_shift_or_gain_is_none(picture: Floats, pixels:
     assert found.warped == (pixels > 0)
 
 
+def test_a_warp_is_as_large_as_the_picture_shows() -> None:
+    """A band of rows shows how far it is stretched along itself, and not how far a corner would move across it."""
+    band = np.zeros((SIDE, 1, 1), bool)
+    band[12:20] = True
+    flat, along, across = (np.where(band, each, 0.5) for each in (squares(), squares(across=1.02), squares(down=1.02)))
+    assert nuisance(measure([along], NONE), target(flat), NONE).warp == pytest.approx(0.02 * SIDE / 2, rel=0.2)
+    assert not nuisance(measure([across], NONE), target(flat), NONE).warped
+
+
 @pytest.mark.parametrize("moved", [0.0, 0.4])
 def test_a_shift_is_found_where_noise_exceeds_what_it_changes(moved: float) -> None:
     rng = np.random.default_rng(5)
