@@ -27,6 +27,9 @@ GRID = 0.2
 # samples than these it may be half of it. A shadow's edge is none of these: at a grazing light a renderer's epsilon
 # moves it by more than a pixel.
 EDGE, ENOUGH = 0.19, 16
+# Of the mean of random samples less, as their noise allows for the rest: in 3,780 clean pictures of the tuning split
+# 0.05 gave 47 false alarms, all at 64 samples or more.
+RANDOM_EDGE = 0.1
 LSB = 0.55  # a rounded value is off by half a step, and a little for a rounding error before it
 
 
@@ -73,13 +76,14 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
         within = _neighbourhood(_neighbourhood(inside, np.maximum), np.maximum)
         tau += GRID * within
         if declaration.filter != "unknown" and declaration.samples >= ENOUGH:
-            slack = np.where(edges(envelope, reach, cast=True)[..., None], 1.0, EDGE) * (hi - lo)
+            share = RANDOM_EDGE if declaration.noisy else EDGE
+            slack = np.where(edges(envelope, reach, cast=True)[..., None], 1.0, share) * (hi - lo)
             lo, hi = np.maximum(lo, value - slack), np.minimum(hi, value + slack)
     if declaration.filter not in ("point", "box"):
         bend = ndimage.maximum_filter(largest(np.abs(laplacian(value))), size=3)
         tau += 0.15 * np.where(edge, 0.0, bend)[..., None]
-    share = envelope.spared_point if point else envelope.spared
-    return Admissible(value, np.where(at, lo, value), np.where(at, hi, value), tau, edge, share, point, reach_of_filter)
+    spared = envelope.spared_point if point else envelope.spared
+    return Admissible(value, np.where(at, lo, value), np.where(at, hi, value), tau, edge, spared, point, reach_of_filter)
 
 
 def slope(value: Floats) -> Floats:

@@ -7,19 +7,24 @@ all are on the evaluation side.
 from __future__ import annotations
 
 import tempfile
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from notabug.adapters.base import Quality, RendererMissingError, UnsupportedError
+import numpy as np
+import numpy.typing as npt
+
+from notabug.adapters.base import Adapter, Quality, RendererMissingError, UnsupportedError
 from notabug.adapters.registry import adapters
 from notabug.bench.verdict.catalogue import FAULTS
 from notabug.bench.verdict.design import Group, Size, number
-from notabug.bench.verdict.exposure import said
+from notabug.bench.verdict.exposure import said, shows
 from notabug.bench.verdict.stage import resized
 from notabug.metrics.judge import judge
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.scene import Scene
+
+Floats = npt.NDArray[np.floating]
 
 RENDERERS = ("povray", "mitsuba")
 QUALITY = Quality(samples=0, seeds=(0, 1, 2, 3))
@@ -94,36 +99,43 @@ def expose_renderer(group: Group) -> list[dict[str, Any]]:
         model = fault.model(scene, group.strength, group.draw("which"))
         if model is not None:
             drawn = model.edit(scene)
-    with tempfile.TemporaryDirectory(prefix="notabug-") as scratch:
-        try:
-            made = adapter.render(drawn, Path(scratch), QUALITY)
-        except UnsupportedError:
-            return []
-        pictures = [read_picture(each.image).pixels for each in made]
-    if fault is not None and group.name == "pixel_shift":  # half a pixel, by the mean of two neighbours
-        pictures = [(each + _moved(each)) / 2 for each in pictures]
-    declaration = replace(adapter.declaration(QUALITY))
-    verdict = judge(pictures, scene, declaration, perceive=False).verdict
+    try:
+        pictures, spent = _taken(adapter, drawn)
+    except UnsupportedError:
+        return []
+    visible = True
+    if fault is not None:
+        if group.name == "pixel_shift":  # half a pixel, by the mean of two neighbours
+            pictures = [(each + _moved(each)) / 2 for each in pictures]
+        right, _ = _taken(adapter, scene)  # with the same seeds: where a renderer turns normals by itself, the same
+        mean, bare = (np.mean(each, axis=0) for each in (pictures, right))
+        visible = shows(mean, bare, np.zeros_like(mean))
+    verdict = judge(pictures, scene, adapter.declaration(QUALITY), perceive=False).verdict
     return [
         {
             **group.as_dict(),
             "condition": name,
             "renderer": name,
             "repeat": 0,
-            "shows": True,
+            "shows": visible,
             "right": sorted(fault.right) if fault else [group.name],
             "named": group.label == "bug",
             **said(verdict),
             "twin": False,
             "seconds": 0.0,
-            "samples": sum(each.samples for each in made) * scene.width * scene.height,
+            "samples": spent * scene.width * scene.height,
             "gates": {},
             "sequential": None,
         }
     ]
 
 
-def _moved(picture: Any) -> Any:
-    import numpy as np
+def _taken(adapter: Adapter, scene: Scene) -> tuple[list[Floats], int]:
+    """The pictures of ``scene`` by every seed, and the samples that each of their pixels took together."""
+    with tempfile.TemporaryDirectory(prefix="notabug-") as scratch:
+        made = adapter.render(scene, Path(scratch), QUALITY)
+        return [read_picture(each.image).pixels for each in made], sum(each.samples for each in made)
 
+
+def _moved(picture: Floats) -> Floats:
     return np.pad(picture, ((0, 0), (1, 0), (0, 0)), mode="edge")[:, :-1]
