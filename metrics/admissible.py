@@ -83,7 +83,8 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
         bend = ndimage.maximum_filter(largest(np.abs(laplacian(value))), size=3)
         tau += 0.15 * np.where(edge, 0.0, bend)[..., None]
     spared = envelope.spared_point if point else envelope.spared
-    return Admissible(value, np.where(at, lo, value), np.where(at, hi, value), tau, edge, spared, point, reach_of_filter)
+    lo, hi = np.where(at, lo, value), np.where(at, hi, value)
+    return Admissible(value, lo, hi, tau, edge, spared, point, reach_of_filter)
 
 
 def slope(value: Floats) -> Floats:

@@ -25,6 +25,7 @@ from notabug.references.predict import predict, preview
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
+Key = tuple[tuple[str, ...], ...]
 
 REGIONS = 12  # boxes a finding lists at most
 UNTELLABLE = 0.25  # share of the lit pixels where no epsilon helps, beyond which acne is neither right nor wrong
@@ -65,17 +66,20 @@ def judge(
     pixel counts. ``naming`` looks for the fault behind a bug; without it every bug is ``unexplained``. ``others`` gives
     references of other scenes, to recognise a picture that belongs to one of them.
     """
-    sets: dict[tuple[tuple[str, ...], ...], Admissible] = {}
+    sets: dict[Key, Admissible] = {}
+    quick: dict[Key, Floats] = {}
 
     def predicted(chosen: tuple[Model, ...]) -> Admissible:
-        # the claim holds what tells models of one name apart: an axis, a strength
-        key = tuple((each.name, each.claim, str(each.strength), repr(each.options)) for each in chosen)
+        key = _key(chosen)
         if key not in sets:
             sets[key] = admissible(predict(scene, chosen), declaration, tolerance)
         return sets[key]
 
     def previewed(chosen: tuple[Model, ...]) -> Floats:
-        return preview(scene, chosen)
+        key = _key(chosen)
+        if key not in quick:
+            quick[key] = preview(scene, chosen)
+        return quick[key]
 
     reference = predicted(())
     wrong = invalid(pictures, scene.height, scene.width)
@@ -118,6 +122,11 @@ def judge(
         considered,
     )
     return _perceived(judgement, found, reference, perceive)
+
+
+def _key(chosen: tuple[Model, ...]) -> Key:
+    """What tells sets of models apart; the claim holds what those of one name differ in: an axis, a strength."""
+    return tuple((each.name, each.claim, str(each.strength), repr(each.options)) for each in chosen)
 
 
 def _refused(wrong: Finding, pictures: Sequence[Floats], reference: Admissible) -> Judgement:
@@ -190,8 +199,8 @@ def _global_name(found: Explanation) -> Name | None:
     if found.nuisance.gained:
         return Name("light_gain", gain_message(found.nuisance.gain), 0.0)
     if found.nuisance.warped and not found.nuisance.shifted:
-        how = "the field of view, the aspect or the roll is wrong"
-        return Name("field_of_view", f"edges move by up to {found.nuisance.warp:.2f} pixels against the middle: {how}", 0.0)
+        moved = f"edges move by up to {found.nuisance.warp:.2f} pixels against the middle"
+        return Name("field_of_view", f"{moved}: the field of view, the aspect or the roll is wrong", 0.0)
     x, y = found.nuisance.shift
     return Name("pixel_shift", f"the picture is shifted by ({x:+.2f}, {y:+.2f}) pixels (right, down)", 0.0)
 

@@ -97,6 +97,11 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Render scenes and judge every picture."""
+    from notabug.crew import JOBS_PER_PROCESS, cores_here, prepare
+
+    few = 0 < len(scenes or []) * (len(renderer or []) or 4) < 2 * JOBS_PER_PROCESS
+    if jobs != 1 and not (few or executor or workarounds) and cores_here() > 1:
+        prepare()  # while this process loads what it needs itself
     from notabug.running import command
 
     code = command(

@@ -21,6 +21,7 @@ from notabug.scenes_usd.errors import NotabugError, SelectionError
 Job = TypeVar("Job")
 Made = TypeVar("Made")
 GRACE = 5.0  # seconds in which a process that is told to end must have done so
+_ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
 JOBS_PER_PROCESS = 4  # a process takes some seconds to start: with fewer jobs for it, it is not worth starting
 
 
@@ -137,8 +138,7 @@ class Processes:
 
     def _open(self) -> ProcessPoolExecutor:
         if self._pool is None:
-            # Not fork: the parent holds locks of other threads by now.
-            context = multiprocessing.get_context("spawn")
+            context = multiprocessing.get_context(prepare())
             self._pool = ProcessPoolExecutor(self.at_once, context, _begin, (self._threads,))
         return self._pool
 
@@ -157,6 +157,30 @@ class Processes:
             for each in list((getattr(self._pool, "_processes", None) or {}).values()):
                 each.terminate()
         self._close()
+
+
+def prepare() -> str:
+    """Start, where there is none yet, the process that a crew's are forked from; how they start: "forkserver", "spawn".
+
+    It loads what a job needs, which takes a second or more, while this process goes on, and does nothing else: unlike
+    this process it has no threads, whose locks a fork would leave locked.
+    """
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return "spawn"
+    from multiprocessing import forkserver
+
+    forkserver.set_forkserver_preload(["notabug.run"])
+    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    os.environ.update(_ONE_THREAD)
+    try:
+        forkserver.ensure_running()
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+    return "forkserver"
 
 
 def _begin(threads: int) -> None:

@@ -4,7 +4,8 @@ The same commands are timed bare, one after the other, and under the runner: six
 scene. *Supervision* is what the adapter adds to a command: export, a fresh folder, limits, the check of what came back.
 *Run* is the whole of it, reading, judging and writing the record too, one job at a time and then as many at a time as
 `notabug run` would do here. Each is given on the clock, which other programs on the machine disturb, and in the
-runner's own processor time, which they do not; the renderer's is not counted there.
+runner's own processor time, which they do not; the renderer's is not counted there. *Command* is `notabug run` as it is
+typed, from the start of Python to the end of the report; beside it the bare commands, as many at a time.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -77,12 +79,8 @@ def measure(folder: Path, jobs: int = JOBS) -> dict[str, float]:
         "{folder}/{width}.pfm",
         str(SECONDS),
     ]
-    table = Table(
-        {"command": words, "image": "pfm", "filter": "point", "capabilities": ["mesh", "distant_light", "shadows"]},
-        "bench",
-        folder,
-    )
-    adapter = configured("fifty", table, {})
+    entry = {"command": words, "image": "pfm", "filter": "point", "capabilities": ["mesh", "distant_light", "shadows"]}
+    adapter = configured("fifty", Table(entry, "bench", folder), {})
     holes = {"scene": "", "image": str(folder / "out.pfm"), "folder": str(folder), "width": str(SIDE)}
     bare_words = [filled(each, holes) for each in words]
     subprocess.run(bare_words, check=True)
@@ -112,6 +110,17 @@ def measure(folder: Path, jobs: int = JOBS) -> dict[str, float]:
     begun = time.perf_counter()
     run(replace(plan, out=folder / "default", crew=at_work, quality=Quality(threads=threads)), Counting())
     default = time.perf_counter() - begun
+
+    lines = [f"{key} = {json.dumps(value)}" for key, value in entry.items()]  # strings and lists are TOML too
+    (folder / "notabug.toml").write_text("\n".join(["[renderers.fifty]", *lines, ""]), encoding="utf-8")
+    typed = [sys.executable, "-m", "notabug.cli", "run", *(f"{name}.usda" for name in names), "-r", "fifty"]
+    begun = time.perf_counter()
+    subprocess.run(typed, cwd=folder, check=True, capture_output=True)
+    command = time.perf_counter() - begun
+    begun = time.perf_counter()
+    with ThreadPoolExecutor(at_work.at_once) as pool:
+        list(pool.map(lambda _: subprocess.run(bare_words, check=True, capture_output=True), range(jobs)))
+    bare_at_once = time.perf_counter() - begun
     return {
         "jobs": float(jobs),
         "passed": float(passed),
@@ -121,10 +130,13 @@ def measure(folder: Path, jobs: int = JOBS) -> dict[str, float]:
         "judging": judging,
         "jobs at once": float(at_work.at_once),
         "run, jobs at once": default,
+        "command": command,
+        "bare, jobs at once": bare_at_once,
         "supervision over bare": renders / bare - 1.0,
         "run over bare": whole / bare - 1.0,
         "run but for judging over bare": (whole - judging) / bare - 1.0,
         "run, jobs at once, over bare": default / bare - 1.0,
+        "command over bare": command / bare - 1.0,
         "supervision, own time over 50 ms": renders_own / jobs / SECONDS,
         "run, own time over 50 ms": whole_own / jobs / SECONDS,
     }
