@@ -1,13 +1,13 @@
 """Step 8, first half: causes that act on the whole picture and need no model of the scene: flips, gain, shift ...
 
-Each is a change of the admissible set. The one after which the picture fits is the cause.
+Each is a change of what is admissible. The one after which the picture fits is the cause.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -21,18 +21,18 @@ Floats = npt.NDArray[np.floating]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cause:
-    """A named change of the whole picture, and the admissible set under it."""
+    """A named change of the whole picture: from the set that is admissible without it to the one under it."""
 
     name: str
     message: str
-    target: Admissible
+    under: Callable[[Admissible], Admissible]
 
 
 def changed(to: Admissible, change: Callable[[Floats], Floats]) -> Admissible:
-    """``to`` under ``change``: the edge mask goes through it as 0 and 1, the tolerance by the change's slope."""
+    """``to`` under the ``change`` of a picture; edges go through it as 0 and 1, the tolerance by the change's slope."""
     edge = change(np.repeat(to.edge[..., None].astype(np.float64), 3, axis=2))[..., 0] > 0.01
     tau = np.maximum(np.abs(change(to.value + to.tau) - change(to.value)), to.tau.min())
-    return Admissible(change(to.value), change(to.lo), change(to.hi), tau, edge, to.share)
+    return replace(to, value=change(to.value), lo=change(to.lo), hi=change(to.hi), tau=tau, edge=edge)
 
 
 def encoded(linear: Floats) -> Floats:
@@ -41,49 +41,54 @@ def encoded(linear: Floats) -> Floats:
     return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(x, 1 / 2.4) - 0.055)
 
 
+def _cause(name: str, message: str, change: Callable[[Floats], Floats]) -> Cause:
+    return Cause(name, message, lambda to: changed(to, change))
+
+
+def _encoded(to: Admissible) -> Admissible:
+    found = changed(to, encoded)
+    return replace(found, tau=np.maximum(found.tau, 0.008))
+
+
 def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
-    """Every cause worth trying for this picture."""
+    """Every cause worth trying for this picture, which ``to`` admits but for it."""
     mean = measured.mean
     bright = max(float(to.value.max(initial=0.0)), 1e-30)
     if float(np.abs(mean).max(initial=0.0)) < 1e-3 * bright:
-        yield Cause("black", "every pixel is black: no light, no object or no camera", changed(to, np.zeros_like))
+        yield _cause("black", "every pixel is black: no light, no object or no camera", np.zeros_like)
         return
-    yield Cause("upside_down", "the picture is upside down", changed(to, lambda a: a[::-1]))
-    yield Cause("mirrored", "the picture is mirrored left to right", changed(to, lambda a: a[:, ::-1]))
-    yield Cause("rotated", "the picture is rotated by 180 degrees", changed(to, lambda a: a[::-1, ::-1]))
-    yield Cause("channels_swapped", "red and blue are exchanged", changed(to, lambda a: a[..., ::-1]))
-    srgb = changed(to, encoded)
-    slack = np.maximum(srgb.tau, 0.008)
+    yield _cause("upside_down", "the picture is upside down", lambda a: a[::-1])
+    yield _cause("mirrored", "the picture is mirrored left to right", lambda a: a[:, ::-1])
+    yield _cause("rotated", "the picture is rotated by 180 degrees", lambda a: a[::-1, ::-1])
+    yield _cause("channels_swapped", "red and blue are exchanged", lambda a: a[..., ::-1])
     yield Cause(
         "srgb_encoded",
         "the picture looks sRGB-encoded, expected linear (write linear values or declare --encoding srgb)",
-        Admissible(srgb.value, srgb.lo, srgb.hi, slack, srgb.edge, srgb.share),
+        _encoded,
     )
     gain = _median_ratio(mean, to.value, bright)
     if gain is not None:
-        yield Cause("light_gain", gain_message(gain), changed(to, lambda a: a * gain))
+        yield _cause("light_gain", gain_message(gain), lambda a: a * gain)
     top = _top(mean, to.value)
     if top is not None:
-        yield Cause("clamped", f"values are cut off at {top:.4g}", changed(to, lambda a: np.minimum(a, top)))
+        yield _cause("clamped", f"values are cut off at {top:.4g}", lambda a: np.minimum(a, top))
     gamma = _gamma(mean, to.value, bright)
     if gamma is not None:
-        yield Cause(
-            "gamma",
-            f"values are raised to the power {gamma:.3f}",
-            changed(to, lambda a: np.power(np.maximum(a, 0.0), gamma)),
+        yield _cause(
+            "gamma", f"values are raised to the power {gamma:.3f}", lambda a: np.power(np.maximum(a, 0.0), gamma)
         )
     for dx, dy in find_shifts(mean, to.value):
-        yield Cause(
+        yield _cause(
             "pixel_shift",
             f"the picture is shifted by ({dx:+.2f}, {dy:+.2f}) pixels (right, down)",
-            changed(to, lambda a, dx=dx, dy=dy: ndimage.shift(a, (dy, dx, 0), order=1, mode="nearest")),  # type: ignore[misc]
+            lambda a, dx=dx, dy=dy: ndimage.shift(a, (dy, dx, 0), order=1, mode="nearest"),  # type: ignore[misc]
         )
     scale = find_scale(mean, to.value)
     if scale is not None:
-        yield Cause(
+        yield _cause(
             "field_of_view",
             f"the picture is scaled by {scale:.4f} about its centre: the field of view or the aspect is wrong",
-            changed(to, lambda a: zoomed(a, scale)),
+            lambda a: zoomed(a, scale),
         )
 
 

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible, residual
-from notabug.metrics.causes import causes
+from notabug.metrics.causes import Cause, causes
 from notabug.metrics.channels import largest, total
-from notabug.metrics.explain import LEAST_TOUCHED, Explanation, Predict, Preview, fit, nears, support
+from notabug.metrics.explain import LEAST_TOUCHED, Explanation, Predict, Preview, explain, fit, nears, support
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import nuisance
 from notabug.metrics.significance import significance
@@ -123,14 +123,23 @@ def _names(
     reference = predict(())
     scale = _scale(measured, reference)
 
-    for target in {id(each): each for each in (reference, found.target)}.values():
-        for cause in causes(measured, target):
-            left = significance(residual(measured.mean, cause.target), measured, cause.target)
+    nearest: tuple[float, Cause | None] = (HOPE, None)
+    for base in {id(each): each for each in (reference, found.target)}.values():
+        for cause in causes(measured, base):
+            target = cause.under(base)
+            left = significance(residual(measured.mean, target), measured, target)
             remains = left.excess / length
             if faint:  # nor may what was found in the whole picture be there still
-                still = nuisance(measured, cause.target, np.zeros(cause.target.edge.shape, np.bool_))
+                still = nuisance(measured, target, np.zeros(target.edge.shape, np.bool_))
                 remains = float(bool(left.triggers + still.triggers))
-            yield Name(cause.name, cause.message, remains, _misfit(measured, cause.target, scale))
+            yield Name(cause.name, cause.message, remains, _misfit(measured, target, scale))
+            if remains < nearest[0]:
+                nearest = (remains, cause)
+    if nearest[1] is not None and nearest[0] > 0.0:  # what it leaves may be a limitation, which it has moved as well
+        cause = nearest[1]
+        whole = explain(measured, limitations, lambda chosen: cause.under(predict(chosen)))
+        if not whole.triggers:
+            yield Name(cause.name, cause.message, 0.0, _misfit(measured, whole.target, scale))
     tries = list(likely(measured, found, faults, predict, preview))
     for fault in tries:
         tried: list[Explanation] = []
