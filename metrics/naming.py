@@ -47,7 +47,8 @@ Others = Callable[[], Iterable[tuple[str, Floats]]]
 class Name:
     """What a bug is called, why, and the share of the bug leg that the name leaves (0: it explains everything).
 
-    ``fitted`` is the explanation by that fault and the limitations beside it, None where no model of a fault is meant.
+    ``fitted`` is the explanation by that fault and the limitations beside it, None where nothing is beside it. A name
+    for what is wrong with the ``whole`` picture is no model of a fault.
     ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
     fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
     One that may show ``anything`` is told where no other is left.
@@ -60,6 +61,7 @@ class Name:
     fitted: Explanation | None = None
     freedom: float = 0.0
     anything: bool = False
+    whole: bool = False
 
 
 UNNAMED = Name("unexplained", "no model of a fault leaves this picture", 1.0)
@@ -81,8 +83,8 @@ def name_bug(
     for each in _names(measured, found, faults, limitations, predict, preview):
         if each.remains < REMAINS and (best is None or _better(each, best, noisy=measured.noisy)):
             best = each
-            if best.fitted is None and best.remains == 0.0 and best.misfit < exact:
-                break  # what is wrong with the whole picture leaves nothing for a fault to explain
+            if best.whole and best.remains == 0.0 and best.misfit < exact:
+                break  # nothing is left for a fault to explain
     if best is not None:
         return best
     if _alike(measured.mean, reference.value) < OTHER:
@@ -132,14 +134,14 @@ def _names(
             if faint:  # nor may what was found in the whole picture be there still
                 still = nuisance(measured, target, np.zeros(target.edge.shape, np.bool_))
                 remains = float(bool(left.triggers + still.triggers))
-            yield Name(cause.name, cause.message, remains, _misfit(measured, target, scale))
+            yield Name(cause.name, cause.message, remains, _misfit(measured, target, scale), whole=True)
             if remains < nearest[0]:
                 nearest = (remains, cause)
     if nearest[1] is not None and nearest[0] > 0.0:  # what it leaves may be a limitation, which it has moved as well
         cause = nearest[1]
-        whole = explain(measured, limitations, lambda chosen: cause.under(predict(chosen)))
-        if not whole.triggers:
-            yield Name(cause.name, cause.message, 0.0, _misfit(measured, whole.target, scale))
+        beside = explain(measured, limitations, lambda chosen: cause.under(predict(chosen)))
+        if not beside.triggers:
+            yield Name(cause.name, cause.message, 0.0, _misfit(measured, beside.target, scale), beside, whole=True)
     tries = list(likely(measured, found, faults, predict, preview))
     for fault in tries:
         tried: list[Explanation] = []
