@@ -259,11 +259,17 @@ def test_a_gain_is_measured() -> None:
 
 
 @pytest.mark.parametrize(
-    ("filter_name", "samples", "share"),
-    [("box", 0, 1.0), ("box", 4, 1.0), ("box", 16, 0.19), ("unknown", 64, 1.0), ("point", 1, 1.0)],
+    ("filter_name", "samples", "noisy", "share"),
+    [
+        *(("box", samples, False, share) for samples, share in ((0, 1.0), (4, 1.0), (16, 0.19))),
+        ("box", 4, True, 1.0),
+        ("box", 16, True, 0.1),
+        ("unknown", 64, False, 1.0),
+        ("point", 1, False, 1.0),
+    ],
 )
 def test_an_edge_admits_as_much_of_its_step_as_few_samples_may_miss(
-    filter_name: Any, samples: int, share: float
+    filter_name: Any, samples: int, noisy: bool, share: float
 ) -> None:
     """A step from 0 to 1 through the middle of a column of pixels, which all of those beside it may see too."""
     half = np.zeros((16, 16, 3))
@@ -271,7 +277,8 @@ def test_an_edge_admits_as_much_of_its_step_as_few_samples_may_miss(
     half[:, 7] = 0.5
     edge = np.broadcast_to(np.arange(16) == 7, (16, 16))
     envelope = replace(_envelope(half, edge), lo=np.floor(half), hi=np.ceil(half))
-    declaration = replace(POINT, filter=filter_name, radius=0.0 if filter_name == "point" else 0.5, samples=samples)
+    radius = 0.0 if filter_name == "point" else 0.5
+    declaration = replace(POINT, filter=filter_name, radius=radius, samples=samples, noisy=noisy)
     found = admissible(envelope, declaration)
     assert (found.hi - found.value)[4, 7] == pytest.approx(min(0.5, share))
     assert (found.value - found.lo)[4, 7] == pytest.approx(min(0.5, share))

@@ -83,6 +83,12 @@ def _line(process: psutil.Process) -> str:
         return ""
 
 
+def test_getting_ready_leaves_the_environment_as_it_is() -> None:
+    before = dict(os.environ)
+    assert prepare() in ("forkserver", "spawn")
+    assert dict(os.environ) == before
+
+
 def test_what_is_worth_a_process() -> None:
     few, threads = crew("", 0, 3)
     assert isinstance(few, Alone)
