@@ -49,6 +49,7 @@ class Admissible:
     share: Floats  # (h, w) share of the footprint that was spared facet self-shadow: see Envelope.spared
     share_is_point: bool = False  # one sample a pixel, at its centre
     widened: float = 0.0  # by how much the filter's variance exceeds that of the pixel
+    samples: tuple[Floats, Floats] | None = None  # (h, w, 3) least and most of single samples, where lo, hi are nearer
 
 
 def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = RELATIVE) -> Admissible:
@@ -69,6 +70,7 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
         value, lo, hi = (np.minimum(each, declaration.white) for each in (value, lo, hi))
     tau = tolerance * np.abs(value) + ABSOLUTE * max(float(value.max(initial=0.0)), DARK)
     tau += LSB * declaration.quantum * (np.abs(value) if declaration.relative_quantum else 1.0)
+    samples = None
     if not point:
         inside = np.where(
             envelope.edge[..., None], 0.0, np.maximum(envelope.hi - envelope.lo - slope(envelope.mean), 0.0)
@@ -78,13 +80,14 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
         if declaration.filter != "unknown" and declaration.samples >= ENOUGH:
             share = RANDOM_EDGE if declaration.noisy else EDGE
             slack = np.where(edges(envelope, reach, cast=True)[..., None], 1.0, share) * (hi - lo)
+            samples = (lo, hi)
             lo, hi = np.maximum(lo, value - slack), np.minimum(hi, value + slack)
     if declaration.filter not in ("point", "box"):
         bend = ndimage.maximum_filter(largest(np.abs(laplacian(value))), size=3)
         tau += 0.15 * np.where(edge, 0.0, bend)[..., None]
     spared = envelope.spared_point if point else envelope.spared
     lo, hi = np.where(at, lo, value), np.where(at, hi, value)
-    return Admissible(value, lo, hi, tau, edge, spared, point, reach_of_filter)
+    return Admissible(value, lo, hi, tau, edge, spared, point, reach_of_filter, samples)
 
 
 def slope(value: Floats) -> Floats:

@@ -32,7 +32,8 @@ def changed(to: Admissible, change: Callable[[Floats], Floats]) -> Admissible:
     """``to`` under the ``change`` of a picture; edges go through it as 0 and 1, the tolerance by the change's slope."""
     edge = change(np.repeat(to.edge[..., None].astype(np.float64), 3, axis=2))[..., 0] > 0.01
     tau = np.maximum(np.abs(change(to.value + to.tau) - change(to.value)), to.tau.min())
-    return replace(to, value=change(to.value), lo=change(to.lo), hi=change(to.hi), tau=tau, edge=edge)
+    samples = None if to.samples is None else (change(to.samples[0]), change(to.samples[1]))
+    return replace(to, value=change(to.value), lo=change(to.lo), hi=change(to.hi), tau=tau, edge=edge, samples=samples)
 
 
 def encoded(linear: Floats) -> Floats:

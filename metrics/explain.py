@@ -166,8 +166,10 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Expla
             distance = np.where(better, nearer, distance)
     edge = base.edge | np.logical_or.reduce([each.edge & within for each in values])
     at = (edge & within)[..., None]
-    lo = np.where(at, np.minimum.reduce([each.lo for each in everything]), np.where(within[..., None], value, base.lo))
-    hi = np.where(at, np.maximum.reduce([each.hi for each in everything]), np.where(within[..., None], value, base.hi))
+    # where one shows the darker half of a pixel's samples and the other the brighter one, all may be bright
+    reaches = [each.samples or (each.lo, each.hi) for each in everything]
+    lo = np.where(at, np.minimum.reduce([each for each, _ in reaches]), np.where(within[..., None], value, base.lo))
+    hi = np.where(at, np.maximum.reduce([each for _, each in reaches]), np.where(within[..., None], value, base.hi))
     tau = np.where(within[..., None], np.maximum.reduce([each.tau for each in everything]), base.tau)
     target = Admissible(value, lo, hi, tau, edge, base.share, base.share_is_point, base.widened)
     length = np.sqrt(total((values[0].value - base.value) ** 2))
