@@ -43,7 +43,7 @@ SEEN = (1 << 40) - 1  # the bits of an id that say what is seen
 DARK = 8388593  # a prime below 2^23: of the lights that are blocked so much goes into the bits above
 BOUNCES = 8
 RAY = 15  # columns of a ray that waits: see radiance
-PROBES = 12  # halvings of the way between two samples of a pixel
+PROBES = 8  # halvings of the way between two samples of a pixel
 PENDING = 64  # rays that may wait in the recursion's stack: three a hit, one of them followed at once
 PASSAGES = 64  # straight passages through opacity a path may have; they are no bounces
 
@@ -440,7 +440,7 @@ def render_pixels(
                 for k, value in enumerate((r, g, bl)):
                     lo[row, column, k] = value
                     hi[row, column, k] = value
-            else:
+            elif s < samples or (identity != at and identity != beyond):
                 for k, value in enumerate((r, g, bl)):
                     lo[row, column, k] = min(lo[row, column, k], value)
                     hi[row, column, k] = max(hi[row, column, k], value)
