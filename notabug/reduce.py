@@ -87,17 +87,28 @@ def reduced(scene: Scene, holds: Holds, note: Note = lambda _: None) -> Scene:
     """The smallest scene that delta debugging finds for which ``holds`` still does; it must hold for ``scene``.
 
     First fewer pixels, which makes every later step cheaper; then fewer objects, lights and faces, plainer materials,
-    and fewer pixels again, until nothing more can go.
+    and fewer pixels again, until nothing more can go. With few pixels a bug may need more of the scene than with all of
+    them: so what is left is tried once more with all.
     """
+    parts = (_objects, _lights, _intent, _faces, _looks)
+    small = _less(scene, holds, note, (_resolution, *parts))
+    large = replace(small, width=scene.width, height=scene.height)
+    if large.digest() != small.digest() and holds(large):
+        small = _less(_less(large, holds, note, parts), holds, note, (_resolution,))
+    return _tidy(small)
+
+
+def _less(scene: Scene, holds: Holds, note: Note, steps: Sequence[Callable[[Scene, Holds], Scene]]) -> Scene:
+    """``scene`` after ``steps``, over and over until none takes anything away."""
     before = ""
     while before != scene.digest():
         before = scene.digest()
-        for step in (_resolution, _objects, _lights, _intent, _faces, _looks):
+        for step in steps:
             smaller = step(scene, holds)
             if smaller is not scene:
                 note(f"{step.__name__.strip('_')}: {size(smaller)}")
                 scene = smaller
-    return _tidy(scene)
+    return scene
 
 
 def size(scene: Scene) -> str:
