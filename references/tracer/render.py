@@ -436,7 +436,7 @@ def render_pixels(
                 c[0], c[1], c[2], dx, dy, dz, c[12] * length, c[13] * length, stack, rays,
             )  # fmt: skip
             if s == 0:
-                first = identity
+                first = last = identity
                 for k, value in enumerate((r, g, bl)):
                     lo[row, column, k] = value
                     hi[row, column, k] = value
@@ -456,9 +456,9 @@ def render_pixels(
                 continue
             if identity != first:
                 differ |= 1
-            if s > 0 and identity != last and (identity ^ last) & SEEN == 0:
+            if identity != last and (identity ^ last) & SEEN == 0:
                 differ |= 2
-            if grid < 0 and s > 0 and probes == 0 and (identity ^ last) & SEEN != 0:
+            if grid < 0 and probes == 0 and (identity ^ last) & SEEN != 0:
                 probes = PROBES
                 ax, ay, at, bx, by, beyond = px, py, last, jx, jy, identity
             px, py = jx, jy
