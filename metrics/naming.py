@@ -19,7 +19,7 @@ from notabug.metrics.channels import largest, total
 from notabug.metrics.explain import LEAST_TOUCHED, Explanation, Predict, Preview, explain, fit, nears, support
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import nuisance
-from notabug.metrics.significance import significance
+from notabug.metrics.significance import Significance, significance
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
@@ -36,6 +36,7 @@ CHOICE, FREE = 0.05, 1.1  # what a local fault's misfit is raised by, for it may
 NEARLY = 0.03  # a strength that leaves this is good enough
 HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried beside limitations
 EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may leave which no fault need be tried after
+WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
 NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
 BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
 
@@ -48,7 +49,7 @@ class Name:
     """What a bug is called, why, and the share of the bug leg that the name leaves (0: it explains everything).
 
     ``fitted`` is the explanation by that fault and the limitations beside it, None where nothing is beside it. A name
-    for what is wrong with the ``whole`` picture is no model of a fault.
+    for what is wrong with the ``whole`` picture is no model of a fault. ``glance`` is the misfit of quick pictures.
     ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
     fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
     One that may show ``anything`` is told where no other is left.
@@ -62,6 +63,11 @@ class Name:
     freedom: float = 0.0
     anything: bool = False
     whole: bool = False
+    glance: float = math.inf
+
+    def over(self, exact: float) -> bool:
+        """Whether it leaves no bug leg, and no more misfit than ``exact``."""
+        return self.remains == 0.0 and self.misfit < exact
 
 
 UNNAMED = Name("unexplained", "no model of a fault leaves this picture", 1.0)
@@ -77,14 +83,17 @@ def name_bug(
     others: Others = tuple,
 ) -> Name:
     """Name the bug in ``measured``, of which ``found`` is the best explanation by ``limitations`` alone."""
-    best: Name | None = None
     reference = predict(())
-    exact = EXACT * min(1.0, _misfit(measured, found.target, _scale(measured, reference)))
-    for each in _names(measured, found, faults, limitations, predict, preview):
-        if each.remains < REMAINS and (best is None or _better(each, best, noisy=measured.noisy)):
-            best = each
-            if best.whole and best.remains == 0.0 and best.misfit < exact:
-                break  # nothing is left for a fault to explain
+    bug = _Bug(measured, found, limitations, predict, preview, _scale(measured, reference))
+    exact = EXACT * min(1.0, bug.misfit(found.target))  # what leaves less leaves nothing for another to explain
+    best = _best(None, _whole(bug), exact, noisy=measured.noisy)
+    for fault in () if best and best.over(exact) else likely(measured, found, faults, predict, preview):
+        glance = bug.likeness(fault)
+        if best is None or best.remains > NOTHING or best.anything or glance < WORSE * best.glance:
+            names = (replace(each, glance=glance) for each in _fitted(bug, fault))
+            best = _best(best, names, exact, noisy=measured.noisy)
+            if best and best.over(exact):
+                break
     if best is not None:
         return best
     if _alike(measured.mean, reference.value) < OTHER:
@@ -92,6 +101,50 @@ def name_bug(
         if likeness > SAME:
             return Name("wrong_scene", f"this is a picture of {name}", 0.0)
     return UNNAMED
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Bug:
+    """A bug to be named: the picture, what is found in it without faults, and what a residual is worth (h, w, 3)."""
+
+    measured: Measured
+    found: Explanation
+    limitations: Sequence[Model]
+    predict: Predict
+    preview: Preview
+    scale: Floats
+
+    def misfit(self, to: Admissible) -> float:
+        """Mean |residual| in units of tolerance and noise."""
+        return float((np.abs(residual(self.measured.mean, to)) / self.scale).mean())
+
+    def remains(self, left: Significance, *, still: bool) -> float:
+        """The share of the bug leg that ``left`` is; of one without pixels whether it is ``still`` there, 0 or 1."""
+        if not self.found.significance.triggers:  # only a gain or a shift: no pixel, so no leg, to be explained
+            return float(still)
+        return left.excess / max(self.found.significance.excess, 1e-30)
+
+    def glance(self, value: Floats) -> float:
+        """Mean |deviation| from ``value`` off the edges, in units of tolerance and noise, large ones cut off."""
+        off = np.minimum(np.abs(self.measured.mean - value) / self.scale, CLIP)
+        smooth = ~self.predict(()).edge
+        return float(off[smooth].mean() if smooth.any() else off.mean())
+
+    def likeness(self, fault: Model) -> float:
+        """``glance`` of what the quick pictures say that ``fault`` makes of the reference or of ``found``."""
+        choices = tuple(each for each in self.found.models if each.rule == "choice")
+        change = {beside: self.preview((*beside, fault)) - self.preview(beside) for beside in {(), choices}}
+        return min(self.glance(self.predict(beside).value + each) for beside, each in change.items())
+
+
+def _best(best: Name | None, names: Iterable[Name], exact: float, *, noisy: bool) -> Name | None:
+    """The best of ``names`` and the ``best`` so far; those after one that leaves ``exact``ly nothing are not tried."""
+    for each in names:
+        if each.remains < REMAINS and (best is None or _better(each, best, noisy=noisy)):
+            best = each
+            if best.over(exact):
+                break
+    return best
 
 
 def _better(each: Name, best: Name, *, noisy: bool) -> bool:
@@ -111,64 +164,60 @@ def _better(each: Name, best: Name, *, noisy: bool) -> bool:
     return each.misfit < BETTER * best.misfit
 
 
-def _names(
-    measured: Measured,
-    found: Explanation,
-    faults: Sequence[Model],
-    limitations: Sequence[Model],
-    predict: Predict,
-    preview: Preview,
-) -> Iterator[Name]:
-    """Every name worth trying, with how well it fits."""
-    length = max(found.significance.excess, 1e-30)
-    faint = not found.significance.triggers  # only a gain or a shift: no pixel, so no leg, to be explained
+def _whole(bug: _Bug) -> Iterator[Name]:
+    """How well each cause in the whole picture fits, and the likeliest one beside limitations."""
+    measured, found, predict = bug.measured, bug.found, bug.predict
     reference = predict(())
-    scale = _scale(measured, reference)
-
     nearest: tuple[float, Cause | None] = (HOPE, None)
     for base in {id(each): each for each in (reference, found.target)}.values():
         for cause in causes(measured, base):
             target = cause.under(base)
             left = significance(residual(measured.mean, target), measured, target)
-            remains = left.excess / length
-            if faint:  # nor may what was found in the whole picture be there still
-                still = nuisance(measured, target, np.zeros(target.edge.shape, np.bool_))
-                remains = float(bool(left.triggers + still.triggers))
-            yield Name(cause.name, cause.message, remains, _misfit(measured, target, scale), whole=True)
+            still = bool(left.triggers)
+            if not still and not found.significance.triggers:  # nor may what was found in the whole picture be there
+                still = bool(nuisance(measured, target, np.zeros(target.edge.shape, np.bool_)).triggers)
+            remains = bug.remains(left, still=still)
+            glance = bug.glance(target.value)
+            yield Name(cause.name, cause.message, remains, bug.misfit(target), whole=True, glance=glance)
             if remains < nearest[0]:
                 nearest = (remains, cause)
     if nearest[1] is not None and nearest[0] > 0.0:  # what it leaves may be a limitation, which it has moved as well
         cause = nearest[1]
-        beside = explain(measured, limitations, lambda chosen: cause.under(predict(chosen)))
+        beside = explain(measured, bug.limitations, lambda chosen: cause.under(predict(chosen)))
         if not beside.triggers:
-            yield Name(cause.name, cause.message, 0.0, _misfit(measured, beside.target, scale), beside, whole=True)
-    tries = list(likely(measured, found, faults, predict, preview))
-    for fault in tries:
-        tried: list[Explanation] = []
-        for models in dict.fromkeys(((), found.models, *((each,) for each in limitations))):
-            if tried and models != found.models and not _useful(tried[0], fault, models, predict, preview):
-                continue
-            fitted = fit(measured, models, predict, (fault,))
-            tried.append(fitted)
-            left = fitted.significance
-            remains = left.excess / length if not faint else float(bool(fitted.triggers))
-            off = _misfit(measured, fitted.target, scale)
-            if fault.rule == "choice":
-                yield Name(fault.name, fault.claim, remains, off, fitted)
-            else:
-                free = (fitted.freedom, fault.rule == "any")
-                yield Name(fault.name, fault.claim, remains, off * FREE + CHOICE, fitted, *free)
-            if fault.at is not None and not models and NEARLY < remains < HOPE:  # quick pictures gave a rough strength
-                closer = _refined(fault, changed_by(measured, reference), predict, scale)
-                if closer.strength != fault.strength:
-                    tries.append(replace(closer, at=None))
-            if left.excess == 0:
-                break
-        if fault.local and _touches(measured, found.target, predict((fault,))):
-            patched = patchwork(measured, found.target, predict((fault,)))
-            left = significance(residual(measured.mean, patched), measured, patched)
-            remains = left.excess / length if not faint else float(bool(left.triggers))
-            yield Name(fault.name, fault.claim, remains, _misfit(measured, patched, scale) * FREE + CHOICE)
+            misfit, glance = bug.misfit(beside.target), bug.glance(beside.target.value)
+            yield Name(cause.name, cause.message, 0.0, misfit, beside, whole=True, glance=glance)
+
+
+def _fitted(bug: _Bug, fault: Model) -> Iterator[Name]:
+    """How well ``fault`` fits: alone, beside limitations, closer to the strength that fits, and here and there."""
+    measured, found, predict = bug.measured, bug.found, bug.predict
+    bare: Explanation | None = None
+    closer = fault
+    for models in dict.fromkeys(((), found.models, *((each,) for each in bug.limitations))):
+        if bare is not None and models != found.models and not _useful(bare, fault, models, predict, bug.preview):
+            continue
+        fitted = fit(measured, models, predict, (fault,))
+        bare = bare or fitted
+        left = fitted.significance
+        remains = bug.remains(left, still=bool(fitted.triggers))
+        off = bug.misfit(fitted.target)
+        if fault.rule == "choice":
+            yield Name(fault.name, fault.claim, remains, off, fitted)
+        else:
+            free = (fitted.freedom, fault.rule == "any")
+            yield Name(fault.name, fault.claim, remains, off * FREE + CHOICE, fitted, *free)
+        if fault.at is not None and not models and NEARLY < remains < HOPE:  # quick pictures gave a rough strength
+            closer = _refined(fault, changed_by(measured, predict(())), predict, bug.scale)
+        if left.excess == 0:
+            break
+    if fault.local and _touches(measured, found.target, predict((fault,))):
+        patched = patchwork(measured, found.target, predict((fault,)))
+        left = significance(residual(measured.mean, patched), measured, patched)
+        remains = bug.remains(left, still=bool(left.triggers))
+        yield Name(fault.name, fault.claim, remains, bug.misfit(patched) * FREE + CHOICE)
+    if closer.strength != fault.strength:
+        yield from _fitted(bug, replace(closer, at=None))
 
 
 def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:
@@ -305,10 +354,6 @@ def _sane(strength: float, fault: Model) -> float:
 def _scale(measured: Measured, to: Admissible) -> Floats:
     """What a residual is worth (h, w, 3): a quarter of the tolerance, and the noise."""
     return np.sqrt(np.asarray((to.tau / 4.0) ** 2 + measured.variance))
-
-
-def _misfit(measured: Measured, to: Admissible, scale: Floats) -> float:
-    return float((np.abs(residual(measured.mean, to)) / scale).mean())
 
 
 def _alike(a: Floats, b: Floats) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.bench.verdict.catalogue import FAULTS, staged
-from notabug.bench.verdict.design import NAMED, Group
+from notabug.bench.verdict.design import NAMED, Group, seeds_of
 from notabug.bench.verdict.film import BY_NAME, SUBSAMPLES, Condition, filtered, shoot, variance, written
 from notabug.bench.verdict.gates import Pair, gates
 from notabug.bench.verdict.stage import jittered, resized
@@ -71,11 +72,16 @@ def expose(group: Group) -> list[dict[str, Any]]:
                     "twin": want and _twin(group, scene, verdict),
                     "seconds": seconds,
                     "samples": (condition.samples or 1) * condition.seeds * scene.width * scene.height,
-                    "gates": {} if group.label == "clean" and repeat else _gates(Pair(mean, reference, noise)),
-                    "sequential": _sequential(group, scene, picture, declared) if name == NAMED[1] else None,
+                    "gates": _gates(Pair(mean, reference, noise)) if _gated(group, repeat) else {},
+                    "sequential": None if repeat or name != NAMED[1] else _sequential(group, scene, picture, declared),
                 }
             )
     return records
+
+
+def _gated(group: Group, repeat: int) -> bool:
+    """Whether the gates see a picture: of the clean ones those of each scene's first seed, of noise the first."""
+    return group.label != "clean" or (not repeat and group.seed == seeds_of(group.scene, group.side)[0])
 
 
 def _gates(pair: Pair) -> dict[str, float]:
@@ -201,13 +207,13 @@ def _sequential(group: Group, scene: Scene, sub: Floats, declared: dict[str, Any
     condition = Condition("sequence", samples=4)
     declaration: Declaration = replace(condition.declaration(), **declared)
     fault = fault_of(group)
-    pictures = [
-        written(fault.film(each, group.strength) if fault and fault.film else each, condition)
-        for each in shoot(sub, condition, group.draw("sequence"), LOOKS[-1])
-    ]
+    drawn = shoot(sub, condition, group.draw("sequence"), LOOKS[-1])
+    pictures: list[npt.NDArray[np.float32]] = []
     before, used = "", LOOKS[-1]
     for seeds in LOOKS:
-        word = judge(pictures[:seeds], scene, declaration, perceive=False, naming=False).verdict.word
+        for each in islice(drawn, seeds - len(pictures)):
+            pictures.append(written(fault.film(each, group.strength) if fault and fault.film else each, condition))
+        word = judge(pictures, scene, declaration, perceive=False, naming=False).verdict.word
         used = seeds
         if word == before and word != "inconclusive":
             break

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -19,6 +20,7 @@ SUBSAMPLES = 5  # a side of the pixel: odd, so that one lies at its centre, and 
 SPREAD = 0.2  # standard deviation of one sample over its mean: a light, or a lens, that is sampled
 SEEDS = 4
 SRGB_STEP = 2.4 / 1.055 / 255.0  # of an 8-bit value at white, in linear light
+FEW = 100  # samples a pixel, up to which drawing each is faster than drawing how many fall where
 FIREFLIES = 2e-5  # a sample
 FIREFLY = 50.0  # times the brightest value of the picture
 
@@ -104,23 +106,29 @@ def filtered(sub: Floats, condition: Condition) -> Floats:
     return picture
 
 
-def _drawn(n: int, pixels: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:
-    """How many of ``n`` samples fall on each subsample (pixels, SUBSAMPLES^2)."""
-    places = SUBSAMPLES**2
-    if n > places:
-        return rng.multinomial(n, np.full(places, 1.0 / places), size=pixels)
-    place = np.arange(pixels)[:, None] * places + rng.integers(places, size=(pixels, n))  # faster for few samples
-    return np.bincount(place.ravel(), minlength=pixels * places).reshape(pixels, places)
+def _drawn(n: int, h: int, w: int, rng: np.random.Generator) -> Floats:
+    """How many of the ``n`` samples of each pixel fall on each subsample (h SUBSAMPLES, w SUBSAMPLES)."""
+    s = SUBSAMPLES
+    places = s * s
+    if n > FEW:
+        drawn = rng.multinomial(n, np.full(places, 1.0 / places), size=h * w)
+        return drawn.reshape(h, w, s, s).swapaxes(1, 2).reshape(h * s, w * s).astype(np.float64)
+    within = np.add.outer(np.arange(s) * (w * s), np.arange(s)).ravel()
+    first = np.add.outer(np.arange(h) * (s * w * s), np.arange(w) * s).ravel()
+    place = within[rng.integers(places, size=(h * w, n), dtype=np.uint8)]
+    place += first[:, None]
+    return np.bincount(place.ravel(), minlength=h * w * places).reshape(h * s, w * s).astype(np.float64)
 
 
 def _noisy(sub: Floats, condition: Condition, rng: np.random.Generator) -> Floats:
     """One seed: samples at random places of each pixel, each with a gamma-distributed factor of mean 1."""
     s, n = SUBSAMPLES, condition.samples
     h, w = sub.shape[0] // s, sub.shape[1] // s
-    drawn = _drawn(n, h * w, rng).reshape(h, w, s, s)
-    count: Floats = drawn.swapaxes(1, 2).reshape(h * s, w * s).astype(np.float64)
+    count = _drawn(n, h, w, rng)
     shape = 1.0 / SPREAD**2
-    weight = rng.standard_gamma(count * shape) / shape  # the sum of ``count`` gammas is a gamma
+    weight = np.zeros_like(count)
+    hit = count > 0
+    weight[hit] = rng.standard_gamma(count[hit] * shape) / shape  # the sum of ``count`` gammas is a gamma
     value = filtered(sub * weight[..., None], condition) / filtered(count[..., None], condition)
     if condition.fireflies:
         hits = rng.poisson(FIREFLIES * n, size=(h, w))
@@ -128,11 +136,13 @@ def _noisy(sub: Floats, condition: Condition, rng: np.random.Generator) -> Float
     return value
 
 
-def shoot(sub: Floats, condition: Condition, seed: int, count: int = 0) -> list[Floats]:
+def shoot(sub: Floats, condition: Condition, seed: int, count: int = 0) -> Iterator[Floats]:
     """The pictures (h, w, 3) of every seed, linear, before they are written; ``count`` instead of the usual seeds."""
     if not condition.samples:
-        return [filtered(sub, condition)]
-    return [_noisy(sub, condition, np.random.default_rng((seed, k))) for k in range(count or condition.seeds)]
+        yield filtered(sub, condition)
+        return
+    for k in range(count or condition.seeds):
+        yield _noisy(sub, condition, np.random.default_rng((seed, k)))
 
 
 def written(picture: Floats, condition: Condition) -> npt.NDArray[np.float32]:

@@ -7,6 +7,7 @@ all are on the evaluation side.
 from __future__ import annotations
 
 import tempfile
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,9 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Adapter, Quality, RendererMissingError, UnsupportedError
 from notabug.adapters.registry import adapters
-from notabug.bench.verdict.catalogue import FAULTS
+from notabug.bench.verdict.catalogue import FAULTS, staged
 from notabug.bench.verdict.design import Group, Size, number
-from notabug.bench.verdict.exposure import said, shows
+from notabug.bench.verdict.exposure import fault_of, said, shows
 from notabug.bench.verdict.stage import resized
 from notabug.metrics.judge import judge
 from notabug.scenes_usd.picture import read_picture
@@ -89,13 +90,10 @@ def expose_renderer(group: Group) -> list[dict[str, Any]]:
     """The record of one picture; none where the renderer cannot draw the scene."""
     (name,) = group.conditions
     adapter = adapters()[name]
-    scene = resized(read_scene(group.scene), group.pixels)
-    drawn = scene
-    fault = next((each for each in FAULTS if group.label == "bug" and each.name == group.name), None)
+    fault = fault_of(group)
+    stage = fault.stage if fault else ""
+    scene = drawn = _scene(group.scene, stage, group.pixels)
     if fault is not None:
-        from notabug.bench.verdict.catalogue import staged
-
-        scene = drawn = staged(scene, fault.stage)
         model = fault.model(scene, group.strength, group.draw("which"))
         if model is not None:
             drawn = model.edit(scene)
@@ -107,9 +105,9 @@ def expose_renderer(group: Group) -> list[dict[str, Any]]:
     if fault is not None:
         if group.name == "pixel_shift":  # half a pixel, by the mean of two neighbours
             pictures = [(each + _moved(each)) / 2 for each in pictures]
-        right, _ = _taken(adapter, scene)  # with the same seeds: where a renderer turns normals by itself, the same
-        mean, bare = (np.mean(each, axis=0) for each in (pictures, right))
-        visible = shows(mean, bare, np.zeros_like(mean))
+        # with the same seeds: where a renderer turns normals by itself, the same
+        mean, right = np.mean(pictures, axis=0), _right(name, group.scene, stage, group.pixels)
+        visible = shows(mean, right, np.zeros_like(mean))
     verdict = judge(pictures, scene, adapter.declaration(QUALITY), perceive=False).verdict
     return [
         {
@@ -128,6 +126,17 @@ def expose_renderer(group: Group) -> list[dict[str, Any]]:
             "sequential": None,
         }
     ]
+
+
+def _scene(name: str, stage: str, pixels: int) -> Scene:
+    return staged(resized(read_scene(name), pixels), stage)
+
+
+@lru_cache(maxsize=32)
+def _right(renderer: str, name: str, stage: str, pixels: int) -> npt.NDArray[np.float64]:
+    """The picture (h, w, 3) without the fault, by the mean of the seeds."""
+    pictures, _ = _taken(adapters()[renderer], _scene(name, stage, pixels))
+    return np.asarray(np.mean(pictures, axis=0), np.float64)
 
 
 def _taken(adapter: Adapter, scene: Scene) -> tuple[list[Floats], int]:
