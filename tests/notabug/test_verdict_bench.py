@@ -13,8 +13,8 @@ import pytest
 from notabug.bench.verdict.catalogue import FAULTS, LIMITATIONS, staged
 from notabug.bench.verdict.command import command
 from notabug.bench.verdict.design import FULL, QUICK, SEEDS, Group, groups, seeds_of
-from notabug.bench.verdict.exposure import expose, shows
-from notabug.bench.verdict.film import BY_NAME
+from notabug.bench.verdict.exposure import expose, moved, shows
+from notabug.bench.verdict.film import BY_NAME, filtered
 from notabug.bench.verdict.run import Record, kept, run
 from notabug.bench.verdict.stage import STAGES, jittered, resized
 from notabug.bench.verdict.summary import OURS, area, best_threshold, confusion, rate, scores
@@ -101,20 +101,40 @@ def test_what_a_picture_shows() -> None:
     spot = reference.copy()
     spot[0, :2] = 0.6  # 2 of 1,600 pixels
     none = np.zeros_like(reference)
-    assert not shows(reference, reference, none)
-    assert not shows(reference * 1.003, reference, none)
-    assert shows(reference * 1.01, reference, none)
-    assert not shows(spot, reference, none)
+    alone = (reference, reference)
+    assert not shows(reference, reference, none, alone)
+    assert not shows(reference * 1.003, reference, none, alone)
+    assert shows(reference * 1.01, reference, none, alone)
+    assert not shows(spot, reference, none, alone)
     spot[0, :6] = 0.6
-    assert shows(spot, reference, none)
-    assert not shows(spot, reference, np.full_like(reference, 0.1))
+    assert shows(spot, reference, none, alone)
+    assert not shows(spot, reference, np.full_like(reference, 0.1), alone)
+
+
+@pytest.mark.parametrize("condition", ["point", "box", "gaussian"])
+def test_a_shift_shows_beyond_its_tolerance(condition: str) -> None:
+    """A half-plane: moved by a fifth of a pixel it shows nothing wrong, by two fifths it does."""
+    x = np.arange(200)
+    steep = np.repeat((np.add.outer(0.31 * x, x) > 130.0)[..., None], 3, axis=2).astype(float)
+
+    def told(subsamples: int) -> bool:
+        there = np.pad(steep, ((0, 0), (subsamples, 0), (0, 0)), mode="edge")[:, : len(x)]
+        picture, reference = (filtered(each, BY_NAME[condition]) for each in (there, steep))
+        return shows(picture, reference, np.zeros_like(picture), moved(steep, BY_NAME[condition]))
+
+    assert not told(0)
+    assert not told(1)
+    assert told(2)
 
 
 @pytest.mark.parametrize(("label", "name"), [("clean", ""), ("bug", "light_gain"), ("limitation", "facet_self_shadow")])
 def test_a_group_from_drawing_to_record(label: str, name: str, tmp_path: Path) -> None:
     scene = "terminator/sphere"
     strength = 1.2 if label == "bug" else 1.0
-    group = Group(label, name, "any", strength, scene, (), 1, "tuning", ("box",), 64)  # type: ignore[arg-type]
+    seed = (
+        1 if label == "bug" else seeds_of(scene, "tuning")[0]
+    )  # a bug of which the box is named, a clean one for gates
+    group = Group(label, name, "any", strength, scene, (), seed, "tuning", ("box",), 64)  # type: ignore[arg-type]
     (found,) = expose(group)
     assert found["word"] == ("pass" if label == "clean" else label)
     if label == "bug":

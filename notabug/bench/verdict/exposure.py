@@ -28,7 +28,6 @@ from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.float64]
 
-SAMPLING = 0.2  # of the range of nearby pixels: what a shift by the stated tolerance, 0.2 pixels, changes
 SHARE = 0.0025  # of the pixels must be off by more than twice the tolerance, or the picture does not show its fault
 CERTAIN = 900.0  # and who knew the fault would find it in the noise at thirty standard errors, squared
 LOOKS = (2, 3, 4, 6, 8, 12, 16)  # seeds at which the sequential test looks
@@ -54,6 +53,7 @@ def expose(group: Group) -> list[dict[str, Any]]:
             verdict = judge(pictures, scene, declaration, perceive=False, naming=want).verdict
             seconds = time.perf_counter() - start
             reference, without = filtered(clean, condition), filtered(bare, condition)
+            within = (without, without) if group.label == "clean" else moved(bare, condition)
             true = filtered(picture, condition)
             if fault and fault.film:
                 true = fault.film(true, group.strength)
@@ -65,7 +65,7 @@ def expose(group: Group) -> list[dict[str, Any]]:
                     "condition": name,
                     "renderer": "inhouse",
                     "repeat": repeat,
-                    "shows": shows(true, without, noise),
+                    "shows": shows(true, without, noise, within),
                     "right": sorted(fault.right) if fault else [group.name],
                     "named": want,
                     **said(verdict),
@@ -163,20 +163,36 @@ def _limited(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[st
     return clean + group.strength * (values[0] - clean), declared
 
 
-def shows(picture: Floats, reference: Floats, noise: Floats) -> bool:
+def moved(sub: Floats, condition: Condition) -> tuple[Floats, Floats]:
+    """The least and the most (h, w, 3) that the picture of ``sub`` shows, moved by up to a subsample: the tolerance."""
+    wide = np.pad(sub, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    h, w = sub.shape[:2]
+    pictures = [filtered(wide[y : y + h, x : x + w], condition) for y in range(3) for x in range(3)]
+    return np.minimum.reduce(pictures), np.maximum.reduce(pictures)
+
+
+def around(reference: Floats) -> tuple[Floats, Floats]:
+    """The same, nearly, of a picture (h, w, 3) whose subsamples are not known: by the range of nearby pixels."""
+    least, most = ndimage.minimum_filter(reference, (3, 3, 1)), ndimage.maximum_filter(reference, (3, 3, 1))
+    reach = (most - least) / SUBSAMPLES
+    return reference - reach, reference + reach
+
+
+def shows(picture: Floats, reference: Floats, noise: Floats, within: tuple[Floats, Floats]) -> bool:
     """Whether anything can be seen: enough pixels beyond twice the tolerance, or all of them together, and above noise.
 
-    This takes nothing from the judge but its stated tolerance.
+    This takes nothing from the judge but its stated tolerances: of values, and of the place, a fifth of a pixel, which
+    puts the pixels of the reference ``within`` (lo, hi).
     """
-    off = np.abs(picture - reference)
+    off = np.abs(picture - np.clip(picture, *within))
     tau = RELATIVE * np.abs(reference) + ABSOLUTE * float(reference.max())
-    around = ndimage.maximum_filter(reference, (3, 3, 1)) - ndimage.minimum_filter(reference, (3, 3, 1))
-    share = float((off > 2.0 * tau + SAMPLING * around).any(axis=2).mean())
-    whole = float(np.maximum(off - SAMPLING * around, 0.0).sum() / max(float(reference.sum()), 1e-30))
+    share = float((off > 2.0 * tau).any(axis=2).mean())
+    whole = float(off.sum() / max(float(reference.sum()), 1e-30))
     if share < SHARE and whole < 2.0 * RELATIVE:
         return False
     if not noise.any():
         return True
+    off = np.abs(picture - reference)
     return float((np.maximum(off - tau, 0.0) ** 2 / np.maximum(noise, 1e-30))[noise > 0].sum()) > CERTAIN
 
 

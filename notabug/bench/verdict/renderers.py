@@ -18,7 +18,7 @@ from notabug.adapters.base import Adapter, Quality, RendererMissingError, Unsupp
 from notabug.adapters.registry import adapters
 from notabug.bench.verdict.catalogue import FAULTS, staged
 from notabug.bench.verdict.design import Group, Size, number
-from notabug.bench.verdict.exposure import fault_of, said, shows
+from notabug.bench.verdict.exposure import around, fault_of, said, shows
 from notabug.bench.verdict.stage import resized
 from notabug.metrics.judge import judge
 from notabug.scenes_usd.picture import read_picture
@@ -107,7 +107,7 @@ def expose_renderer(group: Group) -> list[dict[str, Any]]:
             pictures = [(each + _moved(each)) / 2 for each in pictures]
         # with the same seeds: where a renderer turns normals by itself, the same
         mean, right = np.mean(pictures, axis=0), _right(name, group.scene, stage, group.pixels)
-        visible = shows(mean, right, np.zeros_like(mean))
+        visible = shows(mean, right, np.zeros_like(mean), around(right))
     verdict = judge(pictures, scene, adapter.declaration(QUALITY), perceive=False).verdict
     return [
         {
