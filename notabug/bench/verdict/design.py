@@ -47,14 +47,15 @@ class Size:
     side: int  # pixels
     scenes: int  # for each fault and strength, on each side
     conditions: int  # of a picture with a fault or a limitation
+    clean_conditions: int
     clean_seeds: int
     clean_repeats: int  # noise seeds of a noisy condition
     sides: tuple[Side, ...]
 
 
 # The other side is ``groups(replace(FULL, sides=("tuning",)))``: nothing may be chosen by what this one says.
-FULL = Size("full", 128, 2, 4, 4, 3, ("evaluation",))
-QUICK = Size("quick", 64, 1, 3, 1, 1, ("evaluation",))
+FULL = Size("full", 128, 2, 4, len(CONDITIONS), 4, 3, ("evaluation",))
+QUICK = Size("quick", 64, 1, 2, 6, 1, 1, ("evaluation",))
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,20 +110,20 @@ def groups(size: Size) -> list[Group]:
 
 
 def _clean(size: Size, drawn: dict[Any, Scene]) -> Iterator[Group]:
-    names = tuple(each.name for each in CONDITIONS)
     for scene, variants in drawn:
         for side in size.sides:
             for seed in seeds_of(scene, side)[: max(1, size.clean_seeds // len(size.sides))]:
+                names = _chosen(size.clean_conditions, scene, variants, seed)
                 yield Group(
                     "clean", "", "clean", 0.0, scene, variants, seed, side, names, size.side, size.clean_repeats
                 )
 
 
-def _chosen(size: Size, *parts: object) -> tuple[str, ...]:
-    """The conditions of a group: 16 samples always, and others by hash."""
+def _chosen(count: int, *parts: object) -> tuple[str, ...]:
+    """The ``count`` conditions of a group: those of ``NAMED`` always, and others by hash."""
     others = [each.name for each in CONDITIONS if each.name not in NAMED]
     others.sort(key=lambda name: number("condition", *parts, name))
-    return (*NAMED, *others[: size.conditions - len(NAMED)])
+    return (*NAMED, *others[: count - len(NAMED)])
 
 
 def _limited(size: Size, drawn: dict[Any, Scene]) -> Iterator[Group]:
@@ -132,7 +133,7 @@ def _limited(size: Size, drawn: dict[Any, Scene]) -> Iterator[Group]:
         for scene, variants in fit[: 2 * size.scenes + 1]:
             for side in size.sides:
                 for seed in seeds_of(scene, side)[: 1 if size.name == "quick" else 3]:
-                    conditions = _chosen(size, each.name, scene, seed)
+                    conditions = _chosen(size.conditions, each.name, scene, seed)
                     if each.name in MIXED:
                         conditions = tuple("point" if name == "16 samples" else name for name in conditions)
                     yield Group(
@@ -161,7 +162,7 @@ def _faulty(size: Size, drawn: dict[Any, Scene]) -> Iterator[Group]:
                 for side in size.sides:
                     seeds = seeds_of(scene, side)
                     seed = seeds[number("seed", fault.name, strength, scene) % (1 if size.name == "quick" else 2)]
-                    conditions = _chosen(size, fault.name, strength, scene, seed)
+                    conditions = _chosen(size.conditions, fault.name, strength, scene, seed)
                     if chosen is fit:
                         conditions = ("16 samples",)
                     yield Group(
