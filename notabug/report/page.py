@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
@@ -62,9 +63,11 @@ def draw(out: Path, white: float = 1.0) -> Path:
     results = [Result.from_dict(each) for each in _results(document, out)]
     names = list(dict.fromkeys(each.renderer for each in results))
     rows: dict[tuple[str, str], Row] = {}
-    for each in results:
+    with ThreadPoolExecutor() as pool:  # compressing pictures lets other threads run
+        cells = list(pool.map(lambda each: _cell(out, each, white), results))
+    for each, cell in zip(results, cells, strict=True):
         row = rows.setdefault((each.scene, each.variant), Row(each.scene, each.variant, each.claim, Shown("reference")))
-        row.cells[each.renderer] = _cell(out, each, white)
+        row.cells[each.renderer] = cell
         if not row.reference.address:
             row.reference = _picture(out, each.images.get("reference", ""), "reference", white)
     try:
