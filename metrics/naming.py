@@ -69,6 +69,12 @@ class Name:
         """Whether it leaves no bug leg, and no more misfit than ``exact``."""
         return self.remains == 0.0 and self.misfit < exact
 
+    def hope(self, exact: float) -> float:
+        """From which ``glance`` on no other fault need be fitted after this one."""
+        if self.remains > NOTHING or self.anything:
+            return math.inf
+        return self.glance * (1.0 if self.over(exact) else WORSE)
+
 
 UNNAMED = Name("unexplained", "no model of a fault leaves this picture", 1.0)
 
@@ -89,11 +95,9 @@ def name_bug(
     best = _best(None, _whole(bug), exact, noisy=measured.noisy)
     for fault in () if best and best.over(exact) else likely(measured, found, faults, predict, preview):
         glance = bug.likeness(fault)
-        if best is None or best.remains > NOTHING or best.anything or glance < WORSE * best.glance:
+        if best is None or glance < best.hope(exact):
             names = (replace(each, glance=glance) for each in _fitted(bug, fault))
             best = _best(best, names, exact, noisy=measured.noisy)
-            if best and best.over(exact):
-                break
     if best is not None:
         return best
     if _alike(measured.mean, reference.value) < OTHER:
