@@ -34,6 +34,8 @@ Preview = Callable[[tuple[Model, ...]], Floats]
 MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
+LEAST_TOLD = 0.5  # share of the wrong pixels that lie off edges, below which quick pictures tell nothing
+NEARER = 0.95  # of what the best set leaves: a larger set whose quick picture leaves more is not predicted
 AROUND = 4  # pixels: a filter's radius and what falls between the centres of pixels
 LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
 NOISE = 3.0  # standard errors beyond which a pixel is off
@@ -298,7 +300,7 @@ def explain(
     for chosen in candidates(useful, habits(models)):
         if not chosen:
             continue
-        if len(chosen) > 1 and preview is not None and not _nearer(measured, chosen, best.models, predict, preview):
+        if len(chosen) > 1 and preview is not None and not _nearer(measured, chosen, best, predict, preview):
             continue
         found = fit(measured, chosen, predict)
         if not found.triggers:
@@ -314,28 +316,33 @@ def explain(
 
 
 def _nearer(
-    measured: Measured, models: tuple[Model, ...], than: tuple[Model, ...], predict: Predict, preview: Preview
+    measured: Measured, models: tuple[Model, ...], best: Explanation, predict: Predict, preview: Preview
 ) -> bool:
-    """Whether the quick picture of ``models`` is nearer to the measured one than that of others, or those are near.
+    """Whether ``models`` may leave less than ``best``, as their quick picture tells where that leaves wrong pixels.
 
     Quick pictures are of the centres of pixels: off edges their difference from that of the reference is the mean's. Of
-    models that are no choices, which may show anything between, nothing is said where they act.
+    models that are no choices, which may show anything between, nothing is left where they act.
     """
     reference = predict(())
-    told = ~reference.edge
-    beyond = []
-    for some in (models, than):
-        choices = tuple(each for each in some if each.rule == "choice")
-        quick = preview(choices)
-        off = np.abs(measured.mean - reference.value - (quick - preview(())))
-        beyond.append(np.maximum(largest(off - reference.tau), 0.0))
-        for each in some:
-            if each.rule != "choice":
-                told &= np.logical_and.reduce(
-                    [(preview((*choices, one)) == quick).all(axis=2) for one in each.values()]
-                )
-    this, other = (float(each[told].sum()) for each in beyond)
-    return this < other or other == 0.0
+    choices = tuple(each for each in models if each.rule == "choice")
+    quick = preview(choices)
+    left = _beyond(measured, reference.value + (quick - preview(())), reference)
+    for each in models:
+        if each.rule != "choice":
+            for value in each.values():
+                left[(preview((*choices, value)) != quick).any(axis=2)] = 0.0
+    wrong, told = best.significance.pixels, ~reference.edge
+    if float((wrong & told).sum()) < LEAST_TOLD * float(wrong.sum()):
+        return True
+    if wrong.any():
+        told &= wrong  # else it is a gain, a shift, or what is faint and wide
+    was = float(_beyond(measured, best.target.value, reference)[told].sum())
+    return float(left[told].sum()) < (NEARER if wrong.any() else 1.0) * was or was == 0.0
+
+
+def _beyond(measured: Measured, value: Floats, reference: Admissible) -> Floats:
+    """By how much (h, w) the picture deviates from ``value`` beyond the tolerance."""
+    return np.asarray(np.maximum(largest(np.abs(measured.mean - value) - reference.tau), 0.0))
 
 
 def nears(start: Explanation, model: Model, preview: Preview, fixed: tuple[Model, ...] = ()) -> bool:
