@@ -47,6 +47,7 @@ class Size:
     side: int  # pixels
     scenes: int  # for each fault and strength, on each side
     conditions: int  # of a picture with a fault or a limitation
+    every_strength: bool  # of a fault, or the middle one
     clean_conditions: int
     clean_seeds: int
     clean_repeats: int  # noise seeds of a noisy condition
@@ -54,8 +55,8 @@ class Size:
 
 
 # The other side is ``groups(replace(FULL, sides=("tuning",)))``: nothing may be chosen by what this one says.
-FULL = Size("full", 128, 2, 4, len(CONDITIONS), 4, 3, ("evaluation",))
-QUICK = Size("quick", 64, 1, 2, 6, 1, 1, ("evaluation",))
+FULL = Size("full", 128, 2, 4, True, len(CONDITIONS), 4, 3, ("evaluation",))
+QUICK = Size("quick", 64, 1, 2, False, 6, 1, 1, ("evaluation",))
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +156,8 @@ def limits(limitation: Limitation, scene: Scene) -> bool:
 def _faulty(size: Size, drawn: dict[Any, Scene]) -> Iterator[Group]:
     for fault in FAULTS:
         fit = [place for place, scene in drawn.items() if _can(fault, scene)]
-        for strength in fault.strengths:
+        middle = len(fault.strengths) // 2
+        for strength in fault.strengths if size.every_strength else fault.strengths[middle : middle + 1]:
             fit.sort(key=lambda place, strength=strength: number("place", fault.name, strength, place))  # type: ignore[misc]
             chosen = fit if (fault.name, strength) in MUST and size.name != "quick" else fit[: size.scenes]
             for scene, variants in chosen:
