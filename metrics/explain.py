@@ -73,14 +73,27 @@ class Explanation:
         return max(near, away, float(found.tiles.sum()), *self.nuisance.severity)
 
 
+def choices(models: Sequence[Model]) -> tuple[Model, ...]:
+    """Those of ``models`` that replace the reference."""
+    return tuple(each for each in models if each.rule == "choice")
+
+
+def guessed(models: tuple[Model, ...], predict: Predict, preview: Preview, beside: tuple[Model, ...] = ()) -> Floats:
+    """The picture (h, w, 3) of ``models`` on top of ``beside``, without predicting it; good off edges.
+
+    Quick pictures are of the centres of pixels: their difference is the mean's.
+    """
+    return np.asarray(predict(beside).value + (preview((*beside, *models)) - preview(beside)))
+
+
 def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: tuple[Model, ...] = ()) -> Explanation:
     """Explain ``measured`` by all of ``models`` on top of ``fixed`` (a fault under test)."""
     applied = fixed + models
-    chosen = tuple(each for each in applied if each.rule == "choice")
+    chosen = choices(applied)
     target = predict(chosen)
     alphas: dict[str, Floats] = {}
-    fault = tuple(each for each in fixed if each.rule == "choice")
-    for each in (one for one in models if one.rule == "choice"):
+    fault = choices(fixed)
+    for each in choices(models):
         acts = support(predict(fault), predict((*fault, each)))
         if not acts.any():  # alone; beside the others it may
             acts = support(predict(tuple(other for other in chosen if other is not each)), target)
@@ -320,23 +333,21 @@ def _nearer(
 ) -> bool:
     """Whether ``models`` may leave less than ``best``, as their quick picture tells where that leaves wrong pixels.
 
-    Quick pictures are of the centres of pixels: off edges their difference from that of the reference is the mean's. Of
-    models that are no choices, which may show anything between, nothing is left where they act.
+    Of models that are no choices, which may show anything between, nothing is left where they act.
     """
     reference = predict(())
-    choices = tuple(each for each in models if each.rule == "choice")
-    quick = preview(choices)
-    left = _beyond(measured, reference.value + (quick - preview(())), reference)
-    for each in models:
-        if each.rule != "choice":
-            for value in each.values():
-                left[(preview((*choices, value)) != quick).any(axis=2)] = 0.0
     wrong, told = best.significance.pixels, ~reference.edge
     if float((wrong & told).sum()) < LEAST_TOLD * float(wrong.sum()):
         return True
     if wrong.any():
         told &= wrong  # else it is a gain, a shift, or what is faint and wide
     was = float(_beyond(measured, best.target.value, reference)[told].sum())
+    chosen = choices(models)
+    left = _beyond(measured, guessed(chosen, predict, preview), reference)
+    for each in models:
+        if each.rule != "choice":
+            for value in each.values():
+                left[(preview((*chosen, value)) != preview(chosen)).any(axis=2)] = 0.0
     return float(left[told].sum()) < (NEARER if wrong.any() else 1.0) * was or was == 0.0
 
 
@@ -355,7 +366,7 @@ def nears(start: Explanation, model: Model, preview: Preview, fixed: tuple[Model
 def _helps(start: Explanation, model: Model, predict: Predict) -> bool:
     """Whether ``model``, beside those of ``start``, moves any pixel that needs explaining."""
     wrong = start.significance.pixels
-    beside = tuple(each for each in start.models if each.rule == "choice")
+    beside = choices(start.models)
     base = predict(beside)
     moved = (support(base, predict((*beside, value))) for value in model.values())
     return not wrong.any() or any(bool((each & wrong).any()) for each in moved)

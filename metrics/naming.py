@@ -16,7 +16,18 @@ import numpy.typing as npt
 from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.causes import Cause, causes
 from notabug.metrics.channels import largest, total
-from notabug.metrics.explain import LEAST_TOUCHED, Explanation, Predict, Preview, explain, fit, nears, support
+from notabug.metrics.explain import (
+    LEAST_TOUCHED,
+    Explanation,
+    Predict,
+    Preview,
+    choices,
+    explain,
+    fit,
+    guessed,
+    nears,
+    support,
+)
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import nuisance
 from notabug.metrics.significance import Significance, significance
@@ -136,9 +147,8 @@ class _Bug:
 
     def likeness(self, fault: Model) -> float:
         """``glance`` of what the quick pictures say that ``fault`` makes of the reference or of ``found``."""
-        choices = tuple(each for each in self.found.models if each.rule == "choice")
-        change = {beside: self.preview((*beside, fault)) - self.preview(beside) for beside in {(), choices}}
-        return min(self.glance(self.predict(beside).value + each) for beside, each in change.items())
+        places = dict.fromkeys(((), choices(self.found.models)))
+        return min(self.glance(guessed((fault,), self.predict, self.preview, beside)) for beside in places)
 
 
 def _best(best: Name | None, names: Iterable[Name], exact: float, *, noisy: bool) -> Name | None:
@@ -249,7 +259,7 @@ def likely(
     scale = _scale(measured, reference)
     # what the picture changes on the reference, and on the choices of a renderer that explain most of it
     starts: list[tuple[tuple[Model, ...], Floats]] = [((), measured.mean - reference.value)]
-    beside = tuple(each for each in found.models if each.rule == "choice")
+    beside = choices(found.models)
     if found.models:
         starts.append((beside, measured.mean - found.target.value))
 

@@ -131,9 +131,8 @@ def test_a_shift_shows_beyond_its_tolerance(condition: str) -> None:
 def test_a_group_from_drawing_to_record(label: str, name: str, tmp_path: Path) -> None:
     scene = "terminator/sphere"
     strength = 1.2 if label == "bug" else 1.0
-    seed = (
-        1 if label == "bug" else seeds_of(scene, "tuning")[0]
-    )  # a bug of which the box is named, a clean one for gates
+    # a bug whose box is the condition that is named, and a clean picture that the gates see
+    seed = 1 if label == "bug" else seeds_of(scene, "tuning")[0]
     group = Group(label, name, "any", strength, scene, (), seed, "tuning", ("box",), 64)  # type: ignore[arg-type]
     (found,) = expose(group)
     assert found["word"] == ("pass" if label == "clean" else label)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 from typing import Any
@@ -44,10 +45,7 @@ def expose(group: Group) -> list[dict[str, Any]]:
         condition = BY_NAME[name]
         declaration = replace(condition.declaration(), **declared)
         for repeat in range(group.repeats if condition.samples else 1):
-            pictures = [
-                written(fault.film(each, group.strength) if fault and fault.film else each, condition)
-                for each in shoot(picture, condition, group.draw(f"noise {repeat}"))
-            ]
+            pictures = list(_taken(group, picture, condition, f"noise {repeat}"))
             want = group.label == "bug" and name == NAMED[group.draw("named") % len(NAMED)]
             start = time.perf_counter()
             verdict = judge(pictures, scene, declaration, perceive=False, naming=want).verdict
@@ -77,6 +75,15 @@ def expose(group: Group) -> list[dict[str, Any]]:
                 }
             )
     return records
+
+
+def _taken(
+    group: Group, sub: Floats, condition: Condition, draw: str, count: int = 0
+) -> Iterator[npt.NDArray[np.float32]]:
+    """The pictures of every seed as they come back from their files, with the fault of the film in them."""
+    fault = fault_of(group)
+    for each in shoot(sub, condition, group.draw(draw), count):
+        yield written(fault.film(each, group.strength) if fault and fault.film else each, condition)
 
 
 def _gated(group: Group, repeat: int) -> bool:
@@ -222,13 +229,11 @@ def _sequential(group: Group, scene: Scene, sub: Floats, declared: dict[str, Any
         return None
     condition = Condition("sequence", samples=4)
     declaration: Declaration = replace(condition.declaration(), **declared)
-    fault = fault_of(group)
-    drawn = shoot(sub, condition, group.draw("sequence"), LOOKS[-1])
+    taken = _taken(group, sub, condition, "sequence", LOOKS[-1])
     pictures: list[npt.NDArray[np.float32]] = []
     before, used = "", LOOKS[-1]
     for seeds in LOOKS:
-        for each in islice(drawn, seeds - len(pictures)):
-            pictures.append(written(fault.film(each, group.strength) if fault and fault.film else each, condition))
+        pictures += islice(taken, seeds - len(pictures))
         word = judge(pictures, scene, declaration, perceive=False, naming=False).verdict.word
         used = seeds
         if word == before and word != "inconclusive":

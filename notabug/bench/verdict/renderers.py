@@ -7,7 +7,6 @@ all are on the evaluation side.
 from __future__ import annotations
 
 import tempfile
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -16,18 +15,17 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Adapter, Quality, RendererMissingError, UnsupportedError
 from notabug.adapters.registry import adapters
-from notabug.bench.verdict.catalogue import FAULTS, staged
+from notabug.bench.verdict.catalogue import FAULTS
 from notabug.bench.verdict.design import Group, Size, number
-from notabug.bench.verdict.exposure import around, fault_of, said, shows
-from notabug.bench.verdict.stage import resized
+from notabug.bench.verdict.exposure import around, fault_of, said, scene_of, shows
 from notabug.metrics.judge import judge
 from notabug.scenes_usd.picture import read_picture
-from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
 
 RENDERERS = ("povray", "mitsuba")
+_RIGHT: dict[tuple[str, str], npt.NDArray[np.float64]] = {}
 QUALITY = Quality(samples=0, seeds=(0, 1, 2, 3))
 INJECTED = (  # fault, strength, scene
     ("light_gain", 1.02, "terminator/sphere"),
@@ -91,8 +89,7 @@ def expose_renderer(group: Group) -> list[dict[str, Any]]:
     (name,) = group.conditions
     adapter = adapters()[name]
     fault = fault_of(group)
-    stage = fault.stage if fault else ""
-    scene = drawn = _scene(group.scene, stage, group.pixels)
+    scene = drawn = scene_of(group)
     if fault is not None:
         model = fault.model(scene, group.strength, group.draw("which"))
         if model is not None:
@@ -106,7 +103,7 @@ def expose_renderer(group: Group) -> list[dict[str, Any]]:
         if group.name == "pixel_shift":  # half a pixel, by the mean of two neighbours
             pictures = [(each + _moved(each)) / 2 for each in pictures]
         # with the same seeds: where a renderer turns normals by itself, the same
-        mean, right = np.mean(pictures, axis=0), _right(name, group.scene, stage, group.pixels)
+        mean, right = np.mean(pictures, axis=0), _right(adapter, scene)
         visible = shows(mean, right, np.zeros_like(mean), around(right))
     verdict = judge(pictures, scene, adapter.declaration(QUALITY), perceive=False).verdict
     return [
@@ -128,15 +125,13 @@ def expose_renderer(group: Group) -> list[dict[str, Any]]:
     ]
 
 
-def _scene(name: str, stage: str, pixels: int) -> Scene:
-    return staged(resized(read_scene(name), pixels), stage)
-
-
-@lru_cache(maxsize=32)
-def _right(renderer: str, name: str, stage: str, pixels: int) -> npt.NDArray[np.float64]:
-    """The picture (h, w, 3) without the fault, by the mean of the seeds."""
-    pictures, _ = _taken(adapters()[renderer], _scene(name, stage, pixels))
-    return np.asarray(np.mean(pictures, axis=0), np.float64)
+def _right(adapter: Adapter, scene: Scene) -> npt.NDArray[np.float64]:
+    """The picture (h, w, 3) without the fault, by the mean of the seeds; many faults are of one scene."""
+    key = adapter.name, scene.digest()
+    if key not in _RIGHT:
+        pictures, _ = _taken(adapter, scene)
+        _RIGHT[key] = np.asarray(np.mean(pictures, axis=0), np.float64)
+    return _RIGHT[key]
 
 
 def _taken(adapter: Adapter, scene: Scene) -> tuple[list[Floats], int]:
