@@ -91,8 +91,10 @@ def test_nothing_that_was_finished_is_drawn_again(here: Path) -> None:
 def test_a_second_run_in_the_folder_is_refused(here: Path) -> None:
     first = start(here)
     wait_for(here, 1)
+    first.send_signal(signal.SIGSTOP)  # or it may be over before the second has come so far
     second = start(here)
     _, log = second.communicate()
+    first.send_signal(signal.SIGCONT)
     assert second.returncode == 2
     assert "another run is writing into this folder" in log
     _, log = first.communicate()
