@@ -85,6 +85,10 @@ class Group:
     def as_dict(self) -> dict[str, Any]:
         return {**asdict(self), "variants": dict(self.variants)}
 
+    def setting(self) -> tuple[str, tuple[tuple[str, str], ...], int]:
+        """The scene as it is seen and lit: groups that share it share what has to be drawn and predicted for it."""
+        return self.scene, self.variants, self.seed
+
 
 def number(*parts: object) -> int:
     """A number fixed by ``parts``."""
@@ -104,10 +108,10 @@ def corpus() -> list[tuple[str, tuple[tuple[str, str], ...]]]:
 
 
 def groups(size: Size) -> list[Group]:
-    """The whole design, in an order that makes any beginning of it a fair sample."""
+    """The whole design, setting by setting, in an order that makes any beginning of it a fair sample."""
     drawn = {place: read_scene(place[0], dict(place[1])) for place in corpus()}
     found = [*_clean(size, drawn), *_limited(size, drawn), *_faulty(size, drawn)]
-    return sorted(found, key=lambda each: number("order", each.key()))
+    return sorted(found, key=lambda each: (number("order", each.setting()), number("order", each.key())))
 
 
 def _clean(size: Size, drawn: dict[Any, Scene]) -> Iterator[Group]:

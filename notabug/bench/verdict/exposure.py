@@ -31,31 +31,33 @@ Floats = npt.NDArray[np.float64]
 
 SHARE = 0.0025  # of the pixels must be off by more than twice the tolerance, or the picture does not show its fault
 CERTAIN = 900.0  # and who knew the fault would find it in the noise at thirty standard errors, squared
+KEPT = 4  # pictures without a label that a process holds
+_UNLABELLED: dict[str, Floats] = {}
 LOOKS = (2, 3, 4, 6, 8, 12, 16)  # seeds at which the sequential test looks
 
 
 def expose(group: Group) -> list[dict[str, Any]]:
     """One record for each picture of ``group``."""
     scene = scene_of(group)
-    clean = subsamples(scene, ())
+    clean = _unlabelled(scene, ())
     picture, bare, declared = drawing(group, scene, clean)
     fault = fault_of(group)
     records = []
     for name in group.conditions:
         condition = BY_NAME[name]
         declaration = replace(condition.declaration(), **declared)
+        reference, without, noise = filtered(clean, condition), filtered(bare, condition), variance(picture, condition)
+        within = (without, without) if group.label == "clean" else moved(bare, condition)
+        true = filtered(picture, condition)
+        if fault and fault.film:
+            true = fault.film(true, group.strength)
+        visible = shows(true, without, noise, within)
         for repeat in range(group.repeats if condition.samples else 1):
             pictures = list(_taken(group, picture, condition, f"noise {repeat}"))
             want = group.label == "bug" and name == NAMED[group.draw("named") % len(NAMED)]
             start = time.perf_counter()
             verdict = judge(pictures, scene, declaration, perceive=False, naming=want).verdict
             seconds = time.perf_counter() - start
-            reference, without = filtered(clean, condition), filtered(bare, condition)
-            within = (without, without) if group.label == "clean" else moved(bare, condition)
-            true = filtered(picture, condition)
-            if fault and fault.film:
-                true = fault.film(true, group.strength)
-            noise = variance(picture, condition)
             mean = np.mean(pictures, axis=0)
             records.append(
                 {
@@ -63,7 +65,7 @@ def expose(group: Group) -> list[dict[str, Any]]:
                     "condition": name,
                     "renderer": "inhouse",
                     "repeat": repeat,
-                    "shows": shows(true, without, noise, within),
+                    "shows": visible,
                     "right": sorted(fault.right) if fault else [group.name],
                     "named": want,
                     **said(verdict),
@@ -128,6 +130,17 @@ def subsamples(scene: Scene, chosen: tuple[Model, ...]) -> Floats:
     )
 
 
+def _unlabelled(scene: Scene, beside: tuple[Model, ...]) -> Floats:
+    """``subsamples`` without a label, which groups of the same setting share."""
+    key = f"{scene.digest()} {[each.name for each in beside]}"
+    if key not in _UNLABELLED:
+        if len(_UNLABELLED) == KEPT:
+            del _UNLABELLED[next(iter(_UNLABELLED))]
+        _UNLABELLED[key] = subsamples(scene, beside)
+        _UNLABELLED[key].flags.writeable = False
+    return _UNLABELLED[key]
+
+
 def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, dict[str, Any]]:
     """Subsamples of the labelled picture and of the same without its label, and what its renderer declares beyond the
     conditions."""
@@ -140,7 +153,7 @@ def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, 
     facets = [each for each in models(scene) if each.name == "facet_self_shadow"]
     beside = tuple(facets) if group.draw("beside") % 2 else ()  # half of the buggy renderers have facets too
     model = fault.model(scene, group.strength, group.draw("which"))
-    bare = subsamples(scene, beside) if beside else clean
+    bare = _unlabelled(scene, beside)
     picture = subsamples(scene, (*beside, model)) if model else bare
     return (fault.lens(picture, group.strength) if fault.lens else picture), bare, {}
 

@@ -81,7 +81,8 @@ def renderer_groups(size: Size) -> list[Group]:
         found += [group("limitation", each, "renderer", 1.0, scene) for each, who, scene in LIMITED if who == name]
         found += [group("clean", "", "clean", 0.0, scene) for scene in CLEAN]
     found.sort(key=lambda each: number("order", each.key()))
-    return found[:10] if size.name == "quick" else found
+    drawn = found[:10] if size.name == "quick" else found
+    return sorted(drawn, key=lambda each: (each.conditions, each.setting()))
 
 
 def expose_renderer(group: Group) -> list[dict[str, Any]]:

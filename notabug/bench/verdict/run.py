@@ -7,6 +7,7 @@ import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -51,15 +52,24 @@ def run(groups: Sequence[Group], expose: Expose, within: Path, workers: int = 0)
     workers = workers or os.cpu_count() or 1
     context = multiprocessing.get_context("spawn")  # the kernels' threads do not survive a fork
     with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        made = {pool.submit(expose, group): group for group in waiting}
+        settings = [list(each) for _, each in groupby(waiting, Group.setting)]
+        made = [pool.submit(_setting, each, expose, within) for each in settings]
         try:
-            for each in as_completed(made):
-                records = each.result()
-                path = within / f"{made[each].key()}.json"
-                partial = path.with_suffix(f".{os.getpid()}.partial")
-                partial.write_text(json.dumps(records))
-                partial.replace(path)
-                yield records
+            for future in as_completed(made):
+                yield from future.result()
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
+
+
+def _setting(groups: Sequence[Group], expose: Expose, within: Path) -> list[list[Record]]:
+    """The records of each of ``groups``, one after the other in one process, kept as soon as they are made."""
+    found = []
+    for group in groups:
+        records = expose(group)
+        path = within / f"{group.key()}.json"
+        partial = path.with_suffix(f".{os.getpid()}.partial")
+        partial.write_text(json.dumps(records))
+        partial.replace(path)
+        found.append(records)
+    return found
