@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from notabug.references.tracer.jit import kernel
+from notabug.references.tracer.jit import allocating, kernel
 
 # Formats of a stored depth. Every one is kept as a number that grows with the distance: reversed z is negated.
 EXACT, FIXED, FLOAT, REVERSED, DISTANCE = range(5)
@@ -87,7 +87,7 @@ def _stored(depth, form, steps):
     return d
 
 
-@kernel
+@allocating
 def fill(points, order, view, parallel, form, steps, last, size, top, behind, depth, winner, correct, affine):
     """Draw the triangles ``points[order]`` into the rows from ``top`` on of a window of ``size`` (width, height).
 

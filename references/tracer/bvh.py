@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from notabug.references.tracer.jit import kernel
+from notabug.references.tracer.jit import allocating, kernel
 
 LEAF = 4  # triangles per leaf at most, unless they cannot be told apart
 BINS = 16
@@ -19,7 +19,7 @@ def _area(lo, hi):
     return x * y + y * z + z * x
 
 
-@kernel
+@allocating
 def _build(lo, hi, order, bounds, child, count):
     """Fill ``bounds`` (2n, 6), ``child`` and ``count`` (2n,), permuting ``order``; returns the number of nodes.
 

@@ -187,6 +187,7 @@ def _pass(
         kernels.render_pixels(
             flat, option, number, scene.width, scene.height, part, grid, grid * grid if grid > 0 else samples, seed,
             into.mean, into.variance, into.lo, into.hi, into.ids, into.mixed, into.spared,
+            *kernels.work_space(flat.points.dtype),
         )  # fmt: skip
 
     features = [str(int(each is not None)) for each in flat[-FEATURES:]]

@@ -389,20 +389,25 @@ def _push(rays, n, ox, oy, oz, dx, dy, dz, wr, wg, wb, generation, face, ball, s
     return n + 1
 
 
+def work_space(dtype):
+    """What one thread's calls of the kernels need: (stack, rays)."""
+    return np.empty(STACK, np.int32), np.empty((PENDING, RAY), dtype)
+
+
 @kernel
 def render_pixels(
-    flat, option, number, width, height, pixels, grid, samples, seed, mean, variance, lo, hi, ids, mixed, spared
-):
+    flat, option, number, width, height, pixels, grid, samples, seed, mean, variance, lo, hi, ids, mixed, spared,
+    stack, rays,
+):  # fmt: skip
     """Render the pixels numbered y * width + x in ``pixels`` into the full-size arrays.
 
     ``samples`` positions a pixel: a regular ``grid`` x ``grid`` (grid > 0), the lattice whose generator is -``grid``
     (see ``envelope.lattice``), or uniformly random ones drawn from ``seed`` (0). Fills (h, w, 3) ``mean``,
     ``variance`` (of one sample), ``lo``, ``hi``; (h, w) ``ids`` of the first sample, ``mixed``: 1 where ids differ
     within the pixel, 2 where only the lights that are blocked do, from one sample to the next, or 3; ``spared`` the
-    share of samples that were spared facet self-shadow.
+    share of samples that were spared facet self-shadow. ``stack`` and ``rays`` are the work space that
+    ``work_space`` makes.
     """
-    stack = np.empty(STACK, np.int32)
-    rays = np.empty((PENDING, RAY), flat.points.dtype)
     c = flat.camera
     one, half, two = type(c[0])(1), type(c[0])(0.5), type(c[0])(2)
     half_pixel = math.sqrt(c[3] * c[3] + c[4] * c[4] + c[5] * c[5]) / type(half)(width)

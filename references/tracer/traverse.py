@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from notabug.references.tracer.bvh import STACK
 from notabug.references.tracer.intersect import ray_sphere, ray_triangle, shear
 from notabug.references.tracer.jit import kernel
 
@@ -326,9 +323,8 @@ def transmittance(
 
 
 @kernel
-def trace(flat, origins, directions, hits, distances, barycentric):
-    """Closest triangles for many rays, (n, 3) origins and directions; fills (n,), (n,), (n, 3)."""
-    stack = np.empty(STACK, np.int32)
+def trace(flat, origins, directions, hits, distances, barycentric, stack):
+    """Closest triangles for many rays, (n, 3) origins and directions; fills (n,), (n,), (n, 3); ``stack`` (STACK,)."""
     zero, far = type(origins[0, 0])(0), type(origins[0, 0])(math.inf)
     for r in range(len(origins)):
         ox, oy, oz = origins[r, 0], origins[r, 1], origins[r, 2]

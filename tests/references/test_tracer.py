@@ -102,7 +102,7 @@ def test_no_ray_leaks_through_edges_or_vertices(make: Any, shape: str, dtype: An
         directions = np.ascontiguousarray(targets - np.array(origin, dtype), dtype)
         n = len(directions)
         hits, t, b = np.empty(n, np.int64), np.empty(n, dtype), np.empty((n, 3), dtype)
-        trace(flat, np.tile(np.array(origin, dtype), (n, 1)), directions, hits, t, b)
+        trace(flat, np.tile(np.array(origin, dtype), (n, 1)), directions, hits, t, b, np.empty(bvh.STACK, np.int32))
         leaks += int((hits < 0).sum())
         count += n
         assert np.abs(t[hits >= 0] - 1).max() < 1e3 * np.finfo(dtype).eps
@@ -139,7 +139,7 @@ def test_the_hierarchy_finds_what_brute_force_finds(make: Any, kind: str) -> Non
     directions = triangles[rng.integers(0, n, 120)].mean(1) - origins
     directions[:20] = np.eye(3)[rng.integers(0, 3, 20)] * rng.choice([-1, 1], (20, 1))
     hits, t, b = np.empty(120, np.int64), np.empty(120), np.empty((120, 3))
-    trace(flat, origins, directions, hits, t, b)
+    trace(flat, origins, directions, hits, t, b, np.empty(bvh.STACK, np.int32))
     found = 0
     for k, (o, d) in enumerate(zip(origins, directions, strict=True)):
         frame = shear(*d)
