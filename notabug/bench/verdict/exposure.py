@@ -30,7 +30,7 @@ from notabug.scenes_usd.scene import Scene
 Floats = npt.NDArray[np.float64]
 
 SHARE = 0.0025  # of the pixels must be off by more than twice the tolerance, or the picture does not show its fault
-CERTAIN = 900.0  # and who knew the fault would find it in the noise at thirty standard errors, squared
+CERTAIN = 225.0  # and who knew the fault would find what no tolerance allows at fifteen standard errors, squared
 KEPT = 4  # pictures without a label that a process holds
 _UNLABELLED: dict[str, Floats] = {}
 LOOKS = (2, 3, 4, 6, 8, 12, 16)  # seeds at which the sequential test looks
@@ -212,7 +212,6 @@ def shows(picture: Floats, reference: Floats, noise: Floats, within: tuple[Float
         return False
     if not noise.any():
         return True
-    off = np.abs(picture - reference)
     return float((np.maximum(off - tau, 0.0) ** 2 / np.maximum(noise, 1e-30))[noise > 0].sum()) > CERTAIN
 
 
