@@ -23,8 +23,8 @@ from notabug.folders import write_json
 from notabug.metrics.calibration import Reading, read_card
 from notabug.outcome import judge_pictures
 from notabug.progress import console
+from notabug.references.cache import cache_root
 from notabug.references.predict import predict
-from notabug.references.tracer.jit import cache_root
 from notabug.run import find_renderers
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture

@@ -7,16 +7,17 @@ import hashlib
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
+from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
+from notabug.references.cache import cache_root, source_hash
 from notabug.references.models.model import Model
 from notabug.references.tracer.envelope import Envelope, Options, trace_envelope, trace_picture
-from notabug.references.tracer.jit import cache_root, source_hash
 from notabug.scenes_usd import triangulate
 from notabug.scenes_usd.scene import Scene
 
@@ -71,9 +72,15 @@ def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float3
 
 def _path(scene: Scene, options: Options, kind: str) -> Path:
     key = hashlib.blake2b(digest_size=16)
-    for part in (scene.digest(), repr(options), SOURCE_HASH, numba.__version__, np.__version__):
+    for part in (scene.digest(), repr(options), SOURCE_HASH, _numba(), np.__version__):
         key.update(part.encode())
     return cache_root() / kind / f"{key.hexdigest()}.npy"
+
+
+@lru_cache(maxsize=1)
+def _numba() -> str:
+    """The version of numba, which takes a while to load: where all predictions are at hand, for nothing."""
+    return version("numba")
 
 
 def _stored_form(envelope: Envelope) -> Envelope:

@@ -12,16 +12,16 @@ import platform
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
 from notabug import __version__
+from notabug.references.cache import source_hash
 from notabug.references.predict import configured
 from notabug.references.tracer.envelope import trace_envelope
-from notabug.references.tracer.jit import source_hash
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import Picture, read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
@@ -148,7 +148,7 @@ def provenance(scene: Scene) -> dict[str, str]:
         "notabug:model": "reference",
         "notabug:tracer": source_hash(Path(__file__).parent / "tracer"),
         "notabug:samples": f"{GRID}x{GRID}, {REFINE}x{REFINE} where mixed",
-        "notabug:versions": f"notabug {__version__}, numba {numba.__version__}, numpy {np.__version__}, "
+        "notabug:versions": f"notabug {__version__}, numba {version('numba')}, numpy {np.__version__}, "
         f"python {platform.python_version()}",
     }
 

@@ -6,18 +6,20 @@ import math
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from notabug.references.tracer import render as kernels
-from notabug.references.tracer.flatten import FEATURES, Flat, flatten
-from notabug.references.tracer.jit import compile_once
 from notabug.scenes_usd.scene import Scene
+
+if TYPE_CHECKING:  # the kernels take a while to load, and an envelope from the cache needs none
+    from notabug.references.tracer.flatten import Flat
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
+
+SEEN = (1 << 40) - 1  # the bits of an id that say what is seen
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,6 +180,10 @@ def _pass(
     threads: int = 0,
 ) -> None:
     """Render ``pixels`` with all threads; every pixel is computed alike whatever their number."""
+    from notabug.references.tracer import render as kernels
+    from notabug.references.tracer.flatten import FEATURES
+    from notabug.references.tracer.jit import compile_once
+
     threads = threads or os.cpu_count() or 1
     option, number = options.encoded(), options.numbers()
     if len(scene.objects) < 2 and options.ties == "first":
@@ -217,7 +223,7 @@ def changes(ids: npt.NDArray[np.int64], *, cast: bool = False) -> Bools:
     found = np.zeros(ids.shape, np.bool_)
     across, down = ids[:, 1:] != ids[:, :-1], ids[1:] != ids[:-1]
     if cast:
-        seen = ids & kernels.SEEN
+        seen = ids & SEEN
         across, down = across & (seen[:, 1:] == seen[:, :-1]), down & (seen[1:] == seen[:-1])
     found[:, 1:] |= across
     found[:, :-1] |= across
@@ -240,6 +246,8 @@ def trace_envelope(
     Every pixel gets its centre and ``grid`` x ``grid`` regular subsamples; where ids differ inside the pixel or towards
     a neighbour, a lattice of ``refine`` x ``refine`` (0: no refinement).
     """
+    from notabug.references.tracer.flatten import flatten
+
     flat = flatten(scene, dtype)
     every = np.arange(scene.width * scene.height)
     centre, fine = _Buffers(scene.height, scene.width), _Buffers(scene.height, scene.width)
@@ -280,6 +288,8 @@ def trace_picture(
     threads: int = 0,
 ) -> Floats:
     """A picture (h, w, 3) as a renderer draws it: pixel centres for one sample, else box-filtered random ones."""
+    from notabug.references.tracer.flatten import flatten
+
     into = _Buffers(scene.height, scene.width)
     every = np.arange(scene.width * scene.height)
     grid = 1 if samples == 1 else 0

@@ -6,32 +6,17 @@ keep the old code. Here the cache folder is named after a hash of all the kernel
 
 from __future__ import annotations
 
-import hashlib
-import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numba
-import platformdirs
 from filelock import FileLock
 
+from notabug.references.cache import cache_root, source_hash
+
 _KEPT = 3  # caches of this many source versions stay on disk
-
-
-def cache_root() -> Path:
-    """The folder of everything notabug can recompute: ``$NOTABUG_CACHE``, or the user's cache folder."""
-    return Path(os.environ.get("NOTABUG_CACHE") or platformdirs.user_cache_dir("notabug"))
-
-
-def source_hash(folder: Path) -> str:
-    """A hash of every Python file below ``folder``: part of the key of whatever that code computes."""
-    state = hashlib.blake2b(digest_size=8)
-    for path in sorted(folder.rglob("*.py")):
-        state.update(path.name.encode())
-        state.update(path.read_bytes())
-    return state.hexdigest()
 
 
 def _folder() -> Path:

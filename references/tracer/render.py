@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from notabug.references.tracer.bvh import STACK
+from notabug.references.tracer.envelope import SEEN
 from notabug.references.tracer.jit import kernel
 from notabug.references.tracer.shade import albedo, corner, corner_weights, highlight, screen_weights
 from notabug.references.tracer.start import ABSOLUTE, ERROR_BOUND, bounded, clearance
@@ -39,7 +40,6 @@ from notabug.references.tracer.traverse import closest, closest_sphere, excused,
 # Columns of the numbers array.
 RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET = range(5)
 EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
-SEEN = (1 << 40) - 1  # the bits of an id that say what is seen
 DARK = 8388593  # a prime below 2^23: of the lights that are blocked so much goes into the bits above
 BOUNCES = 8
 RAY = 15  # columns of a ray that waits: see radiance

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from notabug.references.tracer.envelope import changes, lattice, trace_envelope
-from notabug.references.tracer.render import SEEN
+from notabug.references.tracer.envelope import SEEN, changes, lattice, trace_envelope
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Material
 

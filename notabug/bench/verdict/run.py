@@ -15,7 +15,7 @@ import notabug.bench.verdict
 import notabug.metrics
 import notabug.references
 from notabug.bench.verdict.design import Group
-from notabug.references.tracer.jit import cache_root, source_hash
+from notabug.references.cache import cache_root, source_hash
 
 Record = dict[str, Any]
 Expose = Callable[[Group], list[Record]]
