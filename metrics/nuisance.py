@@ -29,7 +29,7 @@ _ENOUGH = 20_000  # values that fix a gain far better than its tolerance
 
 @dataclass(frozen=True, slots=True)
 class Nuisance:
-    """The gain and its standard error; the shift in pixels (x right, y down) and its standard error; and the warp.
+    """The gain and its standard error; the shift in pixels (x right, y down) and its standard errors; and the warp.
 
     The warp is what a magnification, an aspect or a roll does: the farthest that anything with an edge moves against
     the middle of all that has, in pixels, with its standard error.
@@ -41,7 +41,7 @@ class Nuisance:
     gain: float = 1.0
     gain_error: float = 0.0
     shift: tuple[float, float] = (0.0, 0.0)
-    shift_error: float = 0.0
+    shift_error: tuple[float, float] = (0.0, 0.0)
     channels: tuple[tuple[float, float], ...] = ()
     warp: float = 0.0
     warp_error: float = 0.0
@@ -52,7 +52,7 @@ class Nuisance:
         gains = ((self.gain, self.gain_error), *self.channels)
         return (
             max(abs(gain - 1.0) / (GAIN + ERRORS * error) for gain, error in gains),
-            max(abs(each) for each in self.shift) / (SHIFT + 3.0 * self.shift_error),
+            max(abs(each) / (SHIFT + 3.0 * error) for each, error in zip(self.shift, self.shift_error, strict=True)),
             self.warp / (WARP + 3.0 * self.warp_error),
         )
 
@@ -116,8 +116,10 @@ def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, flo
     return gain, error
 
 
-def _shift(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> tuple[tuple[float, float], float]:
-    least = 0.0
+def _shift(
+    measured: Measured, to: Admissible, gain: float, excluded: Bools
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    least = (0.0, 0.0)
     for blur, leaves in _LEAVES:
         value, mean = (_blurred(total(each), blur) for each in (to.value, measured.mean))
         at, dx, dy = _slopes(value, excluded)
@@ -125,17 +127,17 @@ def _shift(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> 
             break
         # a picture moved by (sx, sy) is R - sx dR/dx - sy dR/dy; the Laplacian takes up a benign blur
         terms = np.stack([-dx[at], -dy[at], laplacian(value)[at]], axis=1)
-        found = _huber(terms, mean[at] - gain * value[at])
+        alike = max(1.0, 4.0 * np.pi * blur**2)  # pixels: neighbours are after the blur
+        found = _huber(terms, mean[at] - gain * value[at], _variance(measured)[at] / alike)
         if found is None:
             break
-        fit, covariance, before, after = found
-        alike = max(1.0, 4.0 * np.pi * blur**2)  # pixels: neighbours are after the blur
-        error = float(np.sqrt(measured.kappa * alike * np.diag(covariance)[:2].max()))
-        least = least or error
+        fit, variances, before, after = found
+        across, down = (float(each) for each in np.sqrt(measured.kappa * alike * variances[:2]))
+        least = least if any(least) else (across, down)
         # what no shift takes away: mean |noise|
         noise = float(np.sqrt(2.0 / np.pi * total(measured.variance)[at] / alike).sum())
         if after - noise <= leaves * (before - noise):  # a shift explains the edges, or it is no shift
-            return (float(fit[0]), float(fit[1])), error
+            return (float(fit[0]), float(fit[1])), (across, down)
     return (0.0, 0.0), least
 
 
@@ -155,17 +157,23 @@ def _warp(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> t
     moved = np.stack([dx, dy, laplacian(value)[at]], axis=1)
     bent = np.concatenate([moved, np.stack([u * dx, v * dx, u * dy, v * dy], axis=1)], axis=1)
     off = mean[at] - gain * value[at]
-    plain, found = _huber(moved, off), _huber(bent, off)
+    alike = 4.0 * np.pi * _BLUR**2  # pixels: neighbours are after the blur
+    noise = _variance(measured)[at] / alike
+    plain, found = _huber(moved, off, noise), _huber(bent, off, noise)
     if plain is None or found is None:
         return 0.0, 0.0
-    fit, covariance, before, after = found
+    fit, variances, before, after = found
     u, v = u - u.mean(), v - v.mean()
-    # neighbours are alike after the blur: as 4 pi sigma^2 pixels
-    scatter = measured.kappa * 4.0 * np.pi * _BLUR**2 * np.diag(covariance)[3:].max()
+    scatter = measured.kappa * alike * variances[3:].max()
     error = float(np.sqrt(scatter) * np.hypot(u, v).max())
     if after > 0.75 * min(before, plain[3]):  # a warp explains the edges, and a shift does not, or it is no warp
         return 0.0, error
     return float(np.hypot(fit[3] * u + fit[4] * v, fit[5] * u + fit[6] * v).max()), error
+
+
+def _variance(measured: Measured) -> Floats:
+    """The variance (h, w) of the sum of the channels, whose noise is the same at worst."""
+    return np.asarray(total(np.sqrt(measured.variance)) ** 2)
 
 
 def _blurred(value: Floats, blur: float) -> Floats:
@@ -179,8 +187,12 @@ def _slopes(value: Floats, excluded: Bools) -> tuple[Bools, Floats, Floats]:
     return at, dx, dy
 
 
-def _huber(terms: Floats, off: Floats) -> tuple[Floats, Floats, float, float] | None:
-    """Huber's regression of ``off`` (n,) on ``terms`` (n, k): (fit, its covariance, sum |off| before, and after)."""
+def _huber(terms: Floats, off: Floats, noise: Floats) -> tuple[Floats, Floats, float, float] | None:
+    """Huber's regression of ``off`` (n,) on ``terms`` (n, k): (fit, its variances, sum |off| before, and after).
+
+    The variances are the larger of what the residuals say and of what the ``noise`` (n,), a variance, makes of the fit:
+    where half of the pixels are black and agree to the last bit, the residuals alone would say far too little.
+    """
     a, b = terms.astype(np.float64), off.astype(np.float64)
     weight = np.ones_like(b)
     fit: Floats = np.zeros(a.shape[1])
@@ -195,5 +207,8 @@ def _huber(terms: Floats, off: Floats) -> tuple[Floats, Floats, float, float] | 
         scale = max(1.4826 * float(np.median(np.abs(r))), 1e-6)
         weight = np.minimum(1.0, 1.345 * scale / np.maximum(np.abs(r), 1e-12))
     r = b - a @ fit
-    variance = float((weight * r**2).sum() / max(weight.sum(), 1.0))
-    return fit, variance * np.linalg.inv(normal), float(np.abs(b).sum()), float(np.abs(r).sum())
+    inverse = np.linalg.inv(normal)
+    alike = float((weight * r**2).sum() / max(weight.sum(), 1.0)) * inverse
+    pull = a * weight[:, None] @ inverse
+    variances = np.maximum(np.diag(alike), noise @ pull**2)
+    return fit, variances, float(np.abs(b).sum()), float(np.abs(r).sum())

@@ -40,6 +40,7 @@ from notabug.references.tracer.traverse import closest, closest_sphere, excused,
 # Columns of the numbers array.
 RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET = range(5)
 EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
+FACING = 1048573  # a prime: of the lights that make highlights so much goes into what is seen
 DARK = 8388593  # a prime below 2^23: of the lights that are blocked so much goes into the bits above
 BOUNCES = 8
 RAY = 15  # columns of a ray that waits: see radiance
@@ -84,9 +85,10 @@ def radiance(
 ):
     """Radiance along a ray: (r, g, b, id, forgiven).
 
-    ``id`` tells apart what must not be mixed: in its lower bits, SEEN, the object and, on flat facets, the normal; in
-    the upper ones the lights that are blocked; 0 is the background. ``forgiven`` is True where the first hit was spared
-    facet self-shadow. ``stack`` and ``rays`` (PENDING, RAY) are work space.
+    ``id`` tells apart what must not be mixed: in its lower bits, SEEN, the object, on flat facets the normal, and the
+    lights whose highlights are not cut off; in the upper ones the lights that are blocked; 0 is the background.
+    ``forgiven`` is True where the first hit was spared facet self-shadow. ``stack`` and ``rays`` (PENDING, RAY) are
+    work space.
     """
     zero, one = type(dx)(0), type(dx)(1)
     r, g, b = zero, zero, zero
@@ -231,7 +233,7 @@ def radiance(
         if secondary is not None:
             opaque = secondary.coefficients[material, 0]
         sr, sg, sb = zero, zero, zero
-        blocked = 0
+        blocked, facing = 0, 0
         forgiven_here = False
         start = clearance(flat, option[START], number[EPSILON], unit, x, y, z)
         sx, sy, sz, beside = x, y, z, zero  # where rays leave from, and how far beside it, on the side they go to
@@ -269,6 +271,8 @@ def radiance(
             nl = nx * lx + ny * ly + nz * lz
             if nl <= 0 and not (option[UNCUT] and lobes is not None):
                 continue
+            if lobes is not None and not gouraud:  # a highlight ends abruptly where N.L = 0; diffuse light does not
+                facing |= 1 << k
             share = one
             dark = unlit
             if (option[ACNE] >> k) & 1:
@@ -302,8 +306,6 @@ def radiance(
                 continue
             if share < one and not gouraud:  # the border of a transparent shadow is an edge too
                 blocked += 65536 * (k + 1) * round(share * 1000)
-            if lobes is not None and not gouraud:  # a highlight ends abruptly where N.L = 0; diffuse light does not
-                blocked |= 256 << k
             e = falloff * share * inverse_pi * share_of_corner
             ux, uy, uz = vx, vy, vz
             if depth > 0 and option[MIRRORED] == 1:  # the fault of one view vector for all rays: the camera's
@@ -327,7 +329,7 @@ def radiance(
         r += wr * opaque * sr
         g += wg * opaque * sg
         b += wb * opaque * sb
-        seen, dark = seen * 31 + (owner + 1), dark * 31 + blocked
+        seen, dark = seen * 31 + (owner + 1) + FACING * facing, dark * 31 + blocked
         if sag < 0 and i >= 0:
             seen += 67108864 * (round(gx * 512) + 7 * round(gy * 512) + 49 * round(gz * 512))
         if generation == 0:

@@ -82,7 +82,7 @@ def test_a_shift_is_found_where_noise_exceeds_what_it_changes(moved: float) -> N
     pictures = [squares(right=moved) + 0.2 * rng.normal(0.0, 1.0, (SIDE, SIDE, 3)) for _ in range(4)]
     found = nuisance(measure(pictures, NONE), target(squares()), NONE)
     assert found.shifted == (moved > 0)
-    assert found.shift[0] == pytest.approx(moved, abs=3 * found.shift_error + 0.03)
+    assert found.shift[0] == pytest.approx(moved, abs=3 * found.shift_error[0] + 0.03)
 
 
 def test_noise_is_no_warp() -> None:

@@ -46,12 +46,15 @@ def expose(group: Group) -> list[dict[str, Any]]:
     for name in group.conditions:
         condition = BY_NAME[name]
         declaration = replace(condition.declaration(), **declared)
-        reference, without, noise = filtered(clean, condition), filtered(bare, condition), variance(picture, condition)
-        within = (without, without) if group.label == "clean" else moved(bare, condition)
+        reference, noise = filtered(clean, condition), variance(picture, condition)
         true = filtered(picture, condition)
         if fault and fault.film:
             true = fault.film(true, group.strength)
-        visible = shows(true, without, noise, within)
+        # a fault that undoes the limitation beside it leaves the right picture: both must be told from it
+        visible = group.label != "clean" and all(
+            shows(true, filtered(each, condition), noise, moved(each, condition))
+            for each in ((clean,) if bare is clean else (clean, bare))
+        )
         for repeat in range(group.repeats if condition.samples else 1):
             pictures = list(_taken(group, picture, condition, f"noise {repeat}"))
             want = group.label == "bug" and name == NAMED[group.draw("named") % len(NAMED)]
