@@ -32,7 +32,8 @@ def _clip(source, count, into, sign, limit):
         k = j + 1 if j + 1 < count else 0
         inside = sign * source[j, 2] >= sign * limit
         if inside:
-            into[kept] = source[j]
+            for c in range(_POLYGON):
+                into[kept, c] = source[j, c]
             kept += 1
         if inside != (sign * source[k, 2] >= sign * limit):
             a, b = (j, k) if inside else (k, j)

@@ -50,7 +50,7 @@ class Size:
     every_strength: bool  # of a fault, or the middle one
     clean_conditions: int
     clean_seeds: int
-    clean_repeats: int  # noise seeds of a noisy condition
+    clean_repeats: int  # noise seeds of a noisy condition; one less for every other seed of a scene
     sides: tuple[Side, ...]
 
 
@@ -117,11 +117,10 @@ def groups(size: Size) -> list[Group]:
 def _clean(size: Size, drawn: dict[Any, Scene]) -> Iterator[Group]:
     for scene, variants in drawn:
         for side in size.sides:
-            for seed in seeds_of(scene, side)[: max(1, size.clean_seeds // len(size.sides))]:
+            for place, seed in enumerate(seeds_of(scene, side)[: max(1, size.clean_seeds // len(size.sides))]):
                 names = _chosen(size.clean_conditions, scene, variants, seed)
-                yield Group(
-                    "clean", "", "clean", 0.0, scene, variants, seed, side, names, size.side, size.clean_repeats
-                )
+                repeats = max(1, size.clean_repeats - place % 2)
+                yield Group("clean", "", "clean", 0.0, scene, variants, seed, side, names, size.side, repeats)
 
 
 def _chosen(count: int, *parts: object) -> tuple[str, ...]:

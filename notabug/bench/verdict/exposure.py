@@ -57,7 +57,7 @@ def expose(group: Group) -> list[dict[str, Any]]:
         )
         for repeat in range(group.repeats if condition.samples else 1):
             pictures = list(_taken(group, picture, condition, f"noise {repeat}"))
-            want = group.label == "bug" and name == NAMED[group.draw("named") % len(NAMED)]
+            want = visible and group.label == "bug" and name == NAMED[group.draw("named") % len(NAMED)]
             start = time.perf_counter()
             verdict = judge(pictures, scene, declaration, perceive=False, naming=want).verdict
             seconds = time.perf_counter() - start
@@ -75,7 +75,7 @@ def expose(group: Group) -> list[dict[str, Any]]:
                     "twin": want and _twin(group, scene, verdict),
                     "seconds": seconds,
                     "samples": (condition.samples or 1) * condition.seeds * scene.width * scene.height,
-                    "gates": _gates(Pair(mean, reference, noise)) if _gated(group, repeat) else {},
+                    "gates": _gates(Pair(mean, reference, noise)) if visible or _gated(group, repeat) else {},
                     "sequential": None if repeat or name != NAMED[1] else _sequential(group, scene, picture, declared),
                 }
             )
@@ -92,8 +92,8 @@ def _taken(
 
 
 def _gated(group: Group, repeat: int) -> bool:
-    """Whether the gates see a picture: of the clean ones those of each scene's first seed, of noise the first."""
-    return group.label != "clean" or (not repeat and group.seed == seeds_of(group.scene, group.side)[0])
+    """Whether the gates see a clean picture: those of each scene's first seed, of noise the first."""
+    return group.label == "clean" and not repeat and group.seed == seeds_of(group.scene, group.side)[0]
 
 
 def _gates(pair: Pair) -> dict[str, float]:
