@@ -85,6 +85,21 @@ def test_a_shift_is_found_where_noise_exceeds_what_it_changes(moved: float) -> N
     assert found.shift[0] == pytest.approx(moved, abs=3 * found.shift_error[0] + 0.03)
 
 
+def test_noise_along_a_horizon_is_no_shift_across() -> None:
+    """Below the black sky, whose pixels agree to the last bit, light falls off slowly: noise tells little of x."""
+    value = np.zeros((SIDE, SIDE, 3))
+    value[SIDE // 2 :] = (1.0 - 0.4 * np.abs(np.linspace(-1.0, 1.0, SIDE)))[:, None]
+    fits = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        pictures = [value * rng.normal(1.0, 0.05, (SIDE, SIDE, 1)) for _ in range(4)]
+        found = nuisance(measure(pictures, NONE), target(value), NONE)
+        assert not found.shifted
+        fits.append((found.shift[0], found.shift_error[0]))
+    given = np.array([each for each in fits if each[0]])
+    assert given[:, 1].min() > 0.3 * given[:, 0].std()  # the error stated is of the size of what is seen
+
+
 def test_noise_is_no_warp() -> None:
     for strength in (0.02, 0.2, 1.0):
         rng = np.random.default_rng(3)
