@@ -19,6 +19,7 @@ from notabug.references.cache import cache_root, source_hash
 
 Record = dict[str, Any]
 Expose = Callable[[Group], list[Record]]
+TOGETHER = 6  # groups of a setting at most that one process does: at the end the others would wait for it
 
 
 def folder() -> Path:
@@ -53,7 +54,8 @@ def run(groups: Sequence[Group], expose: Expose, within: Path, workers: int = 0)
     context = multiprocessing.get_context("spawn")  # the kernels' threads do not survive a fork
     with ProcessPoolExecutor(workers, mp_context=context) as pool:
         settings = [list(each) for _, each in groupby(waiting, Group.setting)]
-        made = [pool.submit(_setting, each, expose, within) for each in settings]
+        parts = [each[at : at + TOGETHER] for each in settings for at in range(0, len(each), TOGETHER)]
+        made = [pool.submit(_setting, each, expose, within) for each in parts]
         try:
             for future in as_completed(made):
                 yield from future.result()
