@@ -128,14 +128,14 @@ def _shift(
         # a picture moved by (sx, sy) is R - sx dR/dx - sy dR/dy; the Laplacian takes up a benign blur
         terms = np.stack([-dx[at], -dy[at], laplacian(value)[at]], axis=1)
         alike = max(1.0, 4.0 * np.pi * blur**2)  # pixels: neighbours are after the blur
-        found = _huber(terms, mean[at] - gain * value[at], _variance(measured)[at] / alike)
+        found = _huber(terms, mean[at] - gain * value[at], _variance(measured, at) / alike)
         if found is None:
             break
         fit, variances, before, after = found
         across, down = (float(each) for each in np.sqrt(measured.kappa * alike * variances[:2]))
         least = least if any(least) else (across, down)
         # what no shift takes away: mean |noise|
-        noise = float(np.sqrt(2.0 / np.pi * total(measured.variance)[at] / alike).sum())
+        noise = float(np.sqrt(2.0 / np.pi * total(measured.variance[at]) / alike).sum())
         if after - noise <= leaves * (before - noise):  # a shift explains the edges, or it is no shift
             return (float(fit[0]), float(fit[1])), (across, down)
     return (0.0, 0.0), least
@@ -158,7 +158,7 @@ def _warp(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> t
     bent = np.concatenate([moved, np.stack([u * dx, v * dx, u * dy, v * dy], axis=1)], axis=1)
     off = mean[at] - gain * value[at]
     alike = 4.0 * np.pi * _BLUR**2  # pixels: neighbours are after the blur
-    noise = _variance(measured)[at] / alike
+    noise = _variance(measured, at) / alike
     plain, found = _huber(moved, off, noise), _huber(bent, off, noise)
     if plain is None or found is None:
         return 0.0, 0.0
@@ -171,9 +171,9 @@ def _warp(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> t
     return float(np.hypot(fit[3] * u + fit[4] * v, fit[5] * u + fit[6] * v).max()), error
 
 
-def _variance(measured: Measured) -> Floats:
-    """The variance (h, w) of the sum of the channels, whose noise is the same at worst."""
-    return np.asarray(total(np.sqrt(measured.variance)) ** 2)
+def _variance(measured: Measured, at: Bools) -> Floats:
+    """The variance (n,) of the sum of the channels, whose noise is the same at worst, of the pixels ``at`` (h, w)."""
+    return np.asarray(total(np.sqrt(measured.variance[at])) ** 2)
 
 
 def _blurred(value: Floats, blur: float) -> Floats:
