@@ -15,6 +15,7 @@ import notabug.bench.verdict
 import notabug.metrics
 import notabug.references
 from notabug.bench.verdict.design import Group
+from notabug.folders import write_text
 from notabug.references.cache import cache_root, source_hash
 
 Record = dict[str, Any]
@@ -69,9 +70,6 @@ def _setting(groups: Sequence[Group], expose: Expose, within: Path) -> list[list
     found = []
     for group in groups:
         records = expose(group)
-        path = within / f"{group.key()}.json"
-        partial = path.with_suffix(f".{os.getpid()}.partial")
-        partial.write_text(json.dumps(records))
-        partial.replace(path)
+        write_text(within / f"{group.key()}.json", json.dumps(records))
         found.append(records)
     return found
