@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,7 @@ from notabug.references.tracer.envelope import Envelope, changes
 
 Floats = npt.NDArray[np.floating]
 Bools = npt.NDArray[np.bool_]
+Values = TypeVar("Values", Floats, Bools)
 
 RELATIVE = 0.004  # the default tolerance of a verdict
 ABSOLUTE = 5e-4  # of the brightest value of the picture
@@ -97,7 +99,7 @@ def slope(value: Floats) -> Floats:
     """
     across, down = np.abs(np.diff(value, axis=1)), np.abs(np.diff(value, axis=0))
     change = np.pad(across, ((0, 0), (0, 1), (0, 0)), mode="edge") + np.pad(down, ((0, 1), (0, 0), (0, 0)), mode="edge")
-    return 1.25 * _neighbourhood(_neighbourhood(change, np.minimum), np.minimum)
+    return np.asarray(1.25 * _neighbourhood(_neighbourhood(change, np.minimum), np.minimum))
 
 
 def widening(declaration: Declaration) -> float:
@@ -122,7 +124,7 @@ def filtered(value: Floats, variance: float) -> Floats:
     return value
 
 
-def _neighbourhood(values: Floats, extreme: np.ufunc) -> Floats:
+def _neighbourhood(values: Values, extreme: np.ufunc) -> Values:
     """The extreme of each 3 x 3 neighbourhood; four passes of numpy's are five times faster than ndimage's filter."""
     for axis in (0, 1):
         first, last = (slice(None),) * axis + (slice(1, None),), (slice(None),) * axis + (slice(None, -1),)
@@ -136,9 +138,14 @@ def _neighbourhood(values: Floats, extreme: np.ufunc) -> Floats:
 def edges(envelope: Envelope, reach: int, *, cast: bool = False) -> Bools:
     """Pixels whose id changes inside them or towards a neighbour, widened by ``reach`` pixels; ``cast``: of shadows."""
     found = (envelope.cast if cast else envelope.edge) | changes(envelope.ids, cast=cast)
-    if reach:
-        found = ndimage.binary_dilation(found, np.ones((3, 3), bool), iterations=reach)
-    return np.asarray(found, np.bool_)
+    return widened(found, reach)
+
+
+def widened(mask: Bools, reach: int) -> Bools:
+    """``mask`` (h, w) and what is within ``reach`` pixels of it, along and across."""
+    for _ in range(reach):
+        mask = _neighbourhood(mask, np.logical_or)
+    return mask
 
 
 def residual(mean: Floats, to: Admissible) -> Floats:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import Admissible, Bools, residual
+from notabug.metrics.admissible import Admissible, Bools, residual, widened
 from notabug.metrics.channels import largest, total
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import Nuisance, nuisance
@@ -358,7 +358,7 @@ def _beyond(measured: Measured, value: Floats, reference: Admissible) -> Floats:
 
 def nears(start: Explanation, model: Model, preview: Preview, fixed: tuple[Model, ...] = ()) -> bool:
     """Whether ``model`` changes, on top of ``fixed``, the centre of a pixel within AROUND of one to be explained."""
-    near = ndimage.binary_dilation(start.significance.pixels, np.ones((3, 3), bool), iterations=AROUND)
+    near = widened(start.significance.pixels, AROUND)
     base = preview(fixed)
     return not near.any() or any(bool((preview((*fixed, value)) != base)[near].any()) for value in model.values())
 

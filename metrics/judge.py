@@ -104,6 +104,7 @@ def judge(
             name = _global_name(found) or name
     if hesitation and (name is None or name.name == "unexplained"):  # what a fault explains is no noise
         word, message = "inconclusive", hesitation
+        findings = () if found.triggers else _limitations(found)  # seen through the noise that may hide a bug
     elif name is not None:
         bug = _bug(name, found)
         # a large gain hides a limitation until it is taken out: the fault's own explanation holds what is beside it

@@ -89,12 +89,14 @@ def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
 
 def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, float]:
     # where the tolerance is wide, by fine texture say, a wider filter looks like a gain: x regresses towards its mean
-    slack = to.tau / np.maximum(to.value, 1e-30)
-    sound = slack <= 2.0 * np.median(slack[smooth]) if smooth.any() else smooth
-    bright = np.flatnonzero(sound & smooth & (to.value > 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)))
+    tau, value = to.tau.ravel(), to.value.ravel()
+    some = _some(np.flatnonzero(smooth))
+    most = 2.0 * np.median(tau[some] / np.maximum(value[some], 1e-30)) if some.size else 0.0
+    bright = np.flatnonzero(smooth.ravel() & (value > 0.02 * max(float(value.max(initial=0.0)), 1e-30)))
+    bright = bright[tau[bright] <= most * value[bright]]
     if bright.size < _MIN_PIXELS:
         return 1.0, 0.0
-    bright = bright[:: max(1, bright.size // _ENOUGH)]
+    bright = _some(bright)
     x, y, variance = (each.ravel()[bright].astype(np.float64) for each in (to.value, measured.mean, measured.variance))
     ratio = y / x
     gain = float(np.median(ratio))
@@ -114,6 +116,11 @@ def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, flo
     if float(agree.mean()) < 0.5:  # not one gain: something else
         return 1.0, error
     return gain, error
+
+
+def _some(places: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
+    """Some _ENOUGH of ``places`` (n,), evenly spread."""
+    return places[:: max(1, places.size // _ENOUGH)]
 
 
 def _shift(

@@ -101,7 +101,9 @@ def run(
 
     few = 0 < len(scenes or []) * (len(renderer or []) or 4) < 2 * JOBS_PER_PROCESS
     if jobs != 1 and not (few or executor or workarounds) and cores_here() > 1:
-        prepare()  # while this process loads what it needs itself
+        # while this process loads what it needs itself; of the whole corpus many a picture shows a limitation, whose
+        # perception needs what is slowest to load
+        prepare(*(() if scenes else ("colour", "flip_evaluator")))
     from notabug.running import command
 
     code = command(

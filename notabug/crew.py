@@ -22,6 +22,7 @@ Job = TypeVar("Job")
 Made = TypeVar("Made")
 GRACE = 5.0  # seconds in which a process that is told to end must have done so
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
+_NEEDED = ("notabug.run", "notabug.scenes_usd.reader_stage", "OpenImageIO")
 JOBS_PER_PROCESS = 4  # a process takes some seconds to start: with fewer jobs for it, it is not worth starting
 
 
@@ -159,17 +160,17 @@ class Processes:
         self._close()
 
 
-def prepare() -> str:
+def prepare(*more: str) -> str:
     """Start, where there is none yet, the process that a crew's are forked from; how they start: "forkserver", "spawn".
 
-    It loads what a job needs, which takes a second or more, while this process goes on, and does nothing else: unlike
-    this process it has no threads, whose locks a fork would leave locked.
+    It loads what a job needs, and the modules ``more``, which takes a second or more, while this process goes on, and
+    does nothing else: unlike this process it has no threads, whose locks a fork would leave locked.
     """
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return "spawn"
     from multiprocessing import forkserver
 
-    forkserver.set_forkserver_preload(["notabug.run"])
+    forkserver.set_forkserver_preload([*_NEEDED, *more])
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(_ONE_THREAD)
     try:

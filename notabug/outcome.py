@@ -49,14 +49,15 @@ def _write(
     if (height, width) == judgement.mean.shape[:2] and (len(paths) > 1 or not image.is_relative_to(folder)):
         image = folder / "mean.exr"
         write_exr(image, judgement.mean)
-    images: dict[str, Path] = {}
+    # where nothing is a bug the nearest admissible picture is the picture itself
+    images = {} if (judgement.nearest != judgement.mean).any() else {"nearest": image}
     for name, pixels in (
         ("nearest", judgement.nearest),
         ("reference", judgement.reference),
         ("limitation_map", judgement.limitation_map),
         ("bug_map", judgement.bug_map),
     ):
-        if pixels.any() or not name.endswith("_map"):  # a leg that is empty has no map
+        if name not in images and (pixels.any() or not name.endswith("_map")):  # a leg that is empty has no map
             images[name] = folder / f"{name}.exr"
             write_exr(images[name], np.atleast_3d(pixels), half=name.endswith("_map"))
     return image, images

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
@@ -33,10 +33,11 @@ ADVICE = {
 
 
 class Board:
-    """Draws a run on ``console``; a ``Watcher`` and a context manager."""
+    """Draws a run on ``console``; a ``Watcher`` and a context manager. ``done`` hears of each result too."""
 
-    def __init__(self, console: Console) -> None:
+    def __init__(self, console: Console, done: Callable[[Result], object]) -> None:
         self._console = console
+        self._heard = done
         self._results: list[tuple[Result, bool]] = []
         self._bar = Progress(
             BarColumn(24),
@@ -70,6 +71,7 @@ class Board:
     def done(self, result: Result, kept: bool) -> None:
         self._results.append((result, kept))
         self._bar.advance(self._task)
+        self._heard(result)
         if self._live is None:
             self._console.print(_line(result, kept), soft_wrap=True)
 

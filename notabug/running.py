@@ -18,7 +18,7 @@ from notabug.exit_codes import ExitCode
 from notabug.folders import write_json
 from notabug.gate import FailOn, Gate, code_of
 from notabug.progress import Board, console, messages, states, table
-from notabug.report.page import draw
+from notabug.report.page import Pictures, draw
 from notabug.run import Plan, Run, find_renderers, run
 from notabug.scenes_usd.errors import SelectionError
 from notabug.selection import NothingSelectedError, choose, parse_variants, part
@@ -83,8 +83,9 @@ def command(
         crew=at_work,
         shard=shard,
     )
+    pictures = Pictures(out)
     try:
-        with Board(quiet) as board:
+        with Board(quiet, pictures.begin) as board:
             state = run(plan, board)
     except KeyboardInterrupt:
         quiet.print(
@@ -96,7 +97,7 @@ def command(
     if remedies:
         document["workarounds"] = [each.as_dict() for each in found_rows]
         write_json(out / "run.json", document)
-    page = draw(out)
+    page = draw(out, pictures=pictures)
     if as_json:
         print(json.dumps(document, ensure_ascii=False, allow_nan=False))
     elif remedies:

@@ -34,8 +34,9 @@ def _check_faces(prim: Usd.Prim, faces: Ints, shape: Floats, uv: Floats | None) 
     centred = shape - shape.mean(axis=1, keepdims=True)
     size = 2 * np.linalg.norm(centred, axis=2).max(axis=1)
     slack = FLAT * size + ULPS * np.abs(shape).max(axis=(1, 2))
-    ahead = np.roll(centred, -1, axis=1)
-    newell = np.cross(centred, ahead).sum(axis=1)  # twice the area along the normal
+    after = np.arange(1, n + 1) % n
+    ahead = centred[:, after]
+    newell = _cross(centred, ahead).sum(axis=1)  # twice the area along the normal
     length = np.linalg.norm(newell, axis=1)
     _refuse(prim, faces, length <= slack * size, "has no area or crosses itself")
     normal = newell / length[:, None]
@@ -43,8 +44,8 @@ def _check_faces(prim: Usd.Prim, faces: Ints, shape: Floats, uv: Floats | None) 
     _refuse(prim, faces, height > slack, "is not planar", do="cut it into triangles")
 
     edge = ahead - centred
-    following = np.roll(edge, -1, axis=1)
-    turn = np.einsum("mni,mi->mn", np.cross(edge, following), normal)
+    following = edge[:, after]
+    turn = np.einsum("mni,mi->mn", _cross(edge, following), normal)
     angle = np.arctan2(turn, np.einsum("mni,mni->mn", edge, following))
     room = slack[:, None] * np.maximum(np.linalg.norm(edge, axis=2), np.linalg.norm(following, axis=2))
     turns = np.where(np.abs(turn) > room, angle, 0.0).sum(axis=1)  # 2 pi; 4 pi where a star winds twice
@@ -62,6 +63,12 @@ def _check_faces(prim: Usd.Prim, faces: Ints, shape: Floats, uv: Floats | None) 
     _refuse(prim, faces, misfit > tolerance, f"has {n} corners and uv that are not affine", do=_CUT)
 
 
+def _cross(a: Floats, b: Floats) -> Floats:
+    """The cross product over the last axis; of a few vectors numpy's own takes ten times as long."""
+    return a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]
+
+
+_NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 _CUT = "cut it into triangles or convex quads"
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
@@ -21,6 +22,8 @@ from notabug.report.pictures import address, levels, tone_map
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture
 from notabug.words import STYLE, area, number, readable, strongest, tally
+
+LEGS = ("limitation", "bug")
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,19 +60,82 @@ class Row:
         return " ".join(sorted({cell.result.verdict.word for cell in self.cells.values()}))
 
 
-def draw(out: Path, white: float = 1.0) -> Path:
-    """Write ``out/report.html`` from ``out/run.json``; ``white`` is the radiance that the pictures show as white."""
+class Pictures:
+    """The pictures of the run in ``out`` as the page shows them, each drawn once, by threads.
+
+    Those of a finished result may be begun while the run goes on, where a processor is idle: compressing pictures lets
+    others run. ``white`` is the radiance that is shown as white.
+    """
+
+    def __init__(self, out: Path, white: float = 1.0) -> None:
+        self._out = out
+        self._white = white
+        self._drawn: dict[str, Future[str]] = {}
+        self._references: dict[tuple[str, str], str] = {}
+        self._pool = ThreadPoolExecutor()
+
+    def __enter__(self) -> Pictures:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.shutdown(cancel_futures=True)
+
+    def begin(self, result: Result) -> None:
+        """Draw what the page shows of ``result``, and of the first in a row the reference."""
+        images, legs = result.images, result.verdict.legs
+        if "reference" in images:
+            self._references.setdefault((result.scene, result.variant), images["reference"])
+        for name in (result.image, images.get("nearest", ""), self._reference(result)):
+            self._draw(name, self._picture)
+        for leg in LEGS:
+            self._draw(images.get(f"{leg}_map", "") if legs[leg].pixels else "", self._heat)
+
+    def shown(self, name: str, title: str) -> Shown:
+        """The picture called ``name`` of a result that was begun, under ``title``."""
+        if not name:
+            return Shown(title, note="no picture")
+        try:
+            return Shown(title, self._drawn[name].result())
+        except NotabugError as error:
+            return Shown(title, note=str(error))
+
+    def reference(self, result: Result) -> Shown:
+        """The reference in the row of ``result``."""
+        return self.shown(self._reference(result), "reference")
+
+    def _reference(self, result: Result) -> str:
+        return self._references.get((result.scene, result.variant), "")
+
+    def _draw(self, name: str, how: Callable[[str], str]) -> None:
+        if name and name not in self._drawn:
+            self._drawn[name] = self._pool.submit(how, name)
+
+    def _picture(self, name: str) -> str:
+        return address(tone_map(read_picture(inside(self._out, name)).pixels, self._white))
+
+    def _heat(self, name: str) -> str:
+        return address(levels(read_picture(inside(self._out, name)).pixels[:, :, 0]))
+
+
+def draw(out: Path, white: float = 1.0, pictures: Pictures | None = None) -> Path:
+    """Write ``out/report.html`` from ``out/run.json``; ``white`` is the radiance that the pictures show as white.
+
+    ``pictures`` are those that were begun during the run.
+    """
+    with pictures or Pictures(out, white) as drawn:
+        return _page(out, white, drawn)
+
+
+def _page(out: Path, white: float, pictures: Pictures) -> Path:
     document = load(out)
     results = [Result.from_dict(each) for each in _results(document, out)]
     names = list(dict.fromkeys(each.renderer for each in results))
     rows: dict[tuple[str, str], Row] = {}
-    with ThreadPoolExecutor() as pool:  # compressing pictures lets other threads run
-        cells = list(pool.map(lambda each: _cell(out, each, white), results))
-    for each, cell in zip(results, cells, strict=True):
-        row = rows.setdefault((each.scene, each.variant), Row(each.scene, each.variant, each.claim, Shown("reference")))
-        row.cells[each.renderer] = cell
-        if not row.reference.address:
-            row.reference = _picture(out, each.images.get("reference", ""), "reference", white)
+    for each in results:
+        pictures.begin(each)
+    for each in results:
+        row = Row(each.scene, each.variant, each.claim, pictures.reference(each))
+        rows.setdefault((each.scene, each.variant), row).cells[each.renderer] = _cell(each, pictures)
     try:
         page = (
             environment()
@@ -117,14 +183,13 @@ def _results(document: dict[str, Any], out: Path) -> list[Any]:
     return found
 
 
-def _cell(out: Path, result: Result, white: float) -> Cell:
-    legs = result.verdict.legs
-    strip = (
-        _picture(out, result.images.get("nearest", ""), "nearest", white),
-        _heat(out, result.images.get("limitation_map", ""), "limitation leg", legs["limitation"].pixels),
-        _heat(out, result.images.get("bug_map", ""), "bug leg", legs["bug"].pixels),
-    )
-    return Cell(result, _picture(out, result.image, "picture", white), strip, _facts(result))
+def _cell(result: Result, pictures: Pictures) -> Cell:
+    images, legs = result.images, result.verdict.legs
+    strip = [pictures.shown(images.get("nearest", ""), "nearest")]
+    for leg in LEGS:
+        heat = images.get(f"{leg}_map", "") if legs[leg].pixels else ""
+        strip.append(pictures.shown(heat, f"{leg} leg") if heat else Shown(f"{leg} leg", note="empty"))
+    return Cell(result, pictures.shown(result.image, "picture"), tuple(strip), _facts(result))
 
 
 def _facts(result: Result) -> tuple[tuple[str, str], ...]:
@@ -149,24 +214,6 @@ def _facts(result: Result) -> tuple[tuple[str, str], ...]:
     if result.renderer_version:
         facts["version"] = result.renderer_version
     return tuple(facts.items())
-
-
-def _picture(out: Path, name: str, title: str, white: float) -> Shown:
-    if not name:
-        return Shown(title, note="no picture")
-    try:
-        return Shown(title, address(tone_map(read_picture(inside(out, name)).pixels, white)))
-    except NotabugError as error:
-        return Shown(title, note=str(error))
-
-
-def _heat(out: Path, name: str, title: str, pixels: int) -> Shown:
-    if not name or not pixels:
-        return Shown(title, note="empty")
-    try:
-        return Shown(title, address(levels(read_picture(inside(out, name)).pixels[:, :, 0])))
-    except NotabugError as error:
-        return Shown(title, note=str(error))
 
 
 def inside(out: Path, name: str) -> Path:

@@ -177,7 +177,7 @@ def summary(records: Sequence[Record]) -> dict[str, Any]:
         "bugs_missed": rate(bugs, lambda r: r["word"] in ("pass", "limitation")),
         "limitations_called_bug": rate(limited, lambda r: r["word"] == "bug"),
         "clean_called_bug": rate(clean, lambda r: r["word"] == "bug"),
-        "limitations_named": rate(limited, lambda r: r["word"] == "limitation" and r["limitations"] == r["right"]),
+        "limitations_named": rate(limited, lambda r: r["word"] != "bug" and r["limitations"] == r["right"]),
         "faults_named": rate(named, rightly_named),
         "false_alarms": {
             condition: rate([r for r in clean if r["condition"] == condition], lambda r: r["word"] == "bug")
