@@ -101,11 +101,13 @@ def gain_message(gain: float) -> str:
     return f"gain {gain:.4f}: every value is multiplied by it"
 
 
-def zoomed(picture: Floats, scale: float) -> Floats:
-    """``picture`` (h, w, c) magnified by ``scale`` about its centre, bilinear, black outside."""
-    h, w = picture.shape[:2]
+def zoomed(picture: Floats, scale: float, step: int = 1) -> Floats:
+    """``picture`` (h, w, c) larger by ``scale`` about its centre, bilinear, black outside: every ``step``-th pixel."""
+    h, w, channels = picture.shape
     offset = [(h - 1) / 2 * (1 - 1 / scale), (w - 1) / 2 * (1 - 1 / scale), 0.0]
-    return np.asarray(ndimage.affine_transform(picture, [1 / scale, 1 / scale, 1.0], offset, order=1, mode="constant"))
+    shape = (-(-h // step), -(-w // step), channels)
+    matrix = [step / scale, step / scale, 1.0]
+    return np.asarray(ndimage.affine_transform(picture, matrix, offset, shape, order=1, mode="constant"))
 
 
 def _median_ratio(mean: Floats, value: Floats, bright: float) -> float | None:
@@ -145,11 +147,11 @@ def find_shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
 
 
 def find_scale(mean: Floats, value: Floats) -> float | None:
-    """The magnification about the centre that fits best, by a search on quarter-size pictures and a refinement."""
+    """The magnification about the centre that fits best, by a search on every fourth pixel and a refinement."""
     a, b = (each.sum(axis=2, keepdims=True) for each in (value, mean))
 
     def misfit(scale: float, step: int) -> float:
-        return float(np.abs(zoomed(a, scale)[::step, ::step] - b[::step, ::step]).mean())
+        return float(np.abs(zoomed(a, scale, step) - b[::step, ::step]).mean())
 
     coarse = np.geomspace(0.5, 2.0, 57)
     best = float(coarse[int(np.argmin([misfit(each, 4) for each in coarse]))])

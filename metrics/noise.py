@@ -30,12 +30,12 @@ class Measured:
         return self.seeds > 1
 
 
-def tiles(values: Floats, weight: Floats | npt.NDArray[np.bool_] | None = None) -> Floats:
-    """Sums of ``values`` (h, w[, c]) over 16 x 16 tiles, ragged at the right and lower border."""
+def tiles(values: Floats, weight: Floats | npt.NDArray[np.bool_] | None = None, side: int = TILE) -> Floats:
+    """Sums of ``values`` (h, w[, c]) over tiles of ``side`` x ``side``, ragged at the right and lower border."""
     if weight is not None:
         values = values * weight
-    rows = np.add.reduceat(values, np.arange(0, values.shape[0], TILE), axis=0)
-    return np.asarray(np.add.reduceat(rows, np.arange(0, values.shape[1], TILE), axis=1))
+    rows = np.add.reduceat(values, np.arange(0, values.shape[0], side), axis=0)
+    return np.asarray(np.add.reduceat(rows, np.arange(0, values.shape[1], side), axis=1))
 
 
 def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured:

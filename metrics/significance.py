@@ -18,6 +18,8 @@ RATE = 0.01  # false discovery rate of Benjamini and Hochberg 1995
 BUDGET = 8  # pixels beside an edge that may be wrong: where two renderers' last bits see another surface
 NEAR = 2  # pixels from an edge
 FLOOR = 0.02  # of the tolerance: a standard error below it is chance, where few seeds agree exactly
+SMALL = 4  # pixels, the side of a small tile
+FEWEST = {TILE: TILE, SMALL: SMALL * SMALL // 2}  # pixels of a tile, or it tells nothing
 OUTWARD = 0.4  # standard errors: the mean of the positive part of normal noise
 CHANNELS = 6  # two-sided tests of three channels
 
@@ -76,23 +78,32 @@ def significance(residual: Floats, measured: Measured, to: Admissible) -> Signif
 def _tiles(residual: Floats, measured: Measured, to: Admissible) -> tuple[Bools, float]:
     """Tiles whose mean residual is faint in every pixel and yet beyond tolerance and noise, and their excess.
 
-    The smooth pixels of a tile and those of its edges are tested apart. At an edge noise alone drives a right value
-    that lies at the end of what is admitted out of it, by OUTWARD standard errors on average.
+    The smooth pixels of a tile and those of its edges are tested apart, and so are the small tiles in it, since what a
+    fault does to the facets of a mesh may cancel over a large one. At an edge noise alone drives a right value that
+    lies at the end of what is admitted out of it, by OUTWARD standard errors on average.
     """
     found, faint = np.zeros(1, np.bool_), 0.0
     for part, outward in ((~to.edge, 0.0), (to.edge, OUTWARD)):
-        of = part[..., None]
-        count = np.maximum(tiles(of.astype(float)), 1.0)
-        mean = np.abs(tiles(residual, of)) / count
-        tau = tiles(to.tau + outward * np.sqrt(measured.variance) if outward else to.tau, of) / count
-        error = np.sqrt(measured.kappa * tiles(measured.variance, of)) / count
-        beyond = np.maximum(mean - tau, 0.0)
-        z = largest(beyond / np.maximum(error, FLOOR * np.maximum(tau, 1e-30)))
-        enough = tiles(part.astype(float)) >= TILE
-        freedom = enough.size * (
-            measured.seeds - 1
-        )  # from which kappa was estimated, were the channels' noise the same
-        p = np.minimum(1.0, CHANNELS * special.stdtr(freedom, -z))
-        wrong = np.asarray(discoveries(np.where(enough, p, 1.0)) & (z > 0))
-        found, faint = found | wrong, faint + float(largest(beyond * count)[wrong].sum())
+        allowed = to.tau + outward * np.sqrt(measured.variance) if outward else to.tau
+        for side in (TILE, SMALL):
+            wrong, excess = _faint(residual, measured, part, allowed, side)
+            if side == SMALL:
+                wrong = tiles(wrong.astype(float), side=TILE // SMALL) > 0
+            found, faint = found | wrong, faint + excess
     return found, faint
+
+
+def _faint(residual: Floats, measured: Measured, part: Bools, allowed: Floats, side: int) -> tuple[Bools, float]:
+    """Tiles of ``side`` pixels whose mean residual over ``part`` (h, w) exceeds the mean that is ``allowed``."""
+    of = part[..., None]
+    pixels = tiles(part.astype(float), side=side)
+    count = np.maximum(pixels, 1.0)[..., None]
+    mean, tau = np.abs(tiles(residual, of, side)) / count, tiles(allowed, of, side) / count
+    error = np.sqrt(measured.kappa * tiles(measured.variance, of, side)) / count
+    beyond = np.maximum(mean - tau, 0.0)
+    z = largest(beyond / np.maximum(error, FLOOR * np.maximum(tau, 1e-30)))
+    # large tiles give kappa, were the channels' noise the same; a small one has no more than its pixels have
+    freedom = pixels.size * (measured.seeds - 1) if side == TILE else measured.freedom
+    p = np.minimum(1.0, CHANNELS * special.stdtr(freedom, -z))
+    wrong = np.asarray(discoveries(np.where(pixels >= FEWEST[side], p, 1.0)) & (z > 0))
+    return wrong, float(largest(beyond * count)[wrong].sum())

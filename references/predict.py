@@ -44,16 +44,27 @@ def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) 
     """
     configured_scene, options = configured(scene, models)
     path = _path(configured_scene, options, "envelopes")
-    if cached and path.is_file():
+    if cached:
         try:
-            with path.open("rb") as stored:  # plain arrays one after the other: a zip would check their sums again
-                return Envelope(**{each.name: np.load(stored) for each in fields(Envelope)})
+            return _stored(path)
+        except FileNotFoundError:
+            pass
         except (OSError, ValueError, EOFError):  # a damaged file: compute again
             path.unlink(missing_ok=True)
     envelope = _stored_form(trace_envelope(configured_scene, options))
     if cached:
         _keep(path, list(envelope.arrays().values()))
     return envelope
+
+
+@lru_cache(maxsize=8)  # pictures of one scene are judged one after the other
+def _stored(path: Path) -> Envelope:
+    """The envelope in the cache's file ``path``, whose name is a hash of all that enters; read-only."""
+    with path.open("rb") as stored:  # plain arrays one after the other: a zip would check their sums again
+        arrays = {each.name: np.load(stored) for each in fields(Envelope)}
+    for each in arrays.values():
+        each.flags.writeable = False
+    return Envelope(**arrays)
 
 
 def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float32]:

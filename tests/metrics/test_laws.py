@@ -26,6 +26,7 @@ from notabug.metrics.perceive import delta_itp
 from notabug.metrics.significance import discoveries
 from notabug.metrics.valid import box, invalid
 from notabug.metrics.verdict import Finding, Leg, Verdict
+from notabug.references.models.model import Model
 from notabug.references.tracer.envelope import Envelope
 from notabug.scenes_usd.scene import Camera, Card, Scene
 
@@ -218,6 +219,38 @@ def test_specks_of_one_sign_are_no_noise(factor: float) -> None:
     picture = truth.copy()
     picture[np.random.default_rng(2).random((64, 64)) < 0.1] *= factor
     assert _judge([picture], truth, POINT).word == "bug"
+
+
+@FEW
+@given(seeds)
+def test_what_is_wrong_along_edges_is_found_in_noise_that_hides_every_pixel(seed: int) -> None:
+    """Eight tenths of a standard error beyond what each edge admits; and what lies at its end is right."""
+    rng, truth, at = np.random.default_rng(seed), np.full((64, 64, 3), 2.0), np.zeros((64, 64), np.bool_)
+    at[:, :32] = True
+    edges = replace(_envelope(truth, at), lo=truth - 0.1 * at[..., None], hi=truth + 0.1 * at[..., None])
+    for beyond, wrong in ((0.0, False), (0.12, True)):
+        shown = edges.hi + beyond * at[..., None]
+        verdict = _judge([shown + rng.normal(0.0, 0.3, shown.shape) for _ in range(4)], edges, NOISY)
+        assert (verdict.word == "bug") == wrong
+        assert verdict.triggers == (("tile",) if wrong else ())
+
+
+def test_a_limitation_is_named_through_noise_that_may_hide_a_bug() -> None:
+    """The message asks for samples; what is certain already stays in the findings."""
+    rng, truth = np.random.default_rng(5), _smooth(5, 64, 64)
+    dark = truth.copy()
+    dark[16:48, 16:48] = 0.0
+    limited = Model("acne", "limitation", "partial", "no light there", options={"epsilon": 0.0})
+    with (
+        mock.patch("notabug.metrics.judge.models", return_value=[limited]),
+        mock.patch("notabug.metrics.judge.preview", side_effect=lambda _, chosen: dark if chosen else truth),
+        mock.patch("notabug.metrics.judge.predict", side_effect=lambda _, chosen: _envelope(dark if chosen else truth)),
+    ):
+        noisy = [_noise(rng, dark, 0.5, 0.0) for _ in range(4)]
+        verdict = judge(noisy, _scene(64, 64), NOISY, perceive=False).verdict
+    assert verdict.word == "inconclusive"
+    assert "too noisy" in verdict.message
+    assert [each.name for each in verdict.findings] == ["acne"]
 
 
 def test_too_noisy_says_how_many_samples_would_decide() -> None:
