@@ -83,12 +83,9 @@ def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float3
 
 def _path(scene: Scene, options: Options, kind: str) -> Path:
     key = hashlib.blake2b(digest_size=16)
-    for part in (_digest(scene), repr(options), SOURCE_HASH, _numba(), np.__version__):
+    for part in (scene.digest(), repr(options), SOURCE_HASH, _numba(), np.__version__):
         key.update(part.encode())
     return cache_root() / kind / f"{key.hexdigest()}.npy"
-
-
-_digest = lru_cache(maxsize=16)(Scene.digest)  # a judge asks for the same scenes again and again
 
 
 @lru_cache(maxsize=1)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -185,11 +186,16 @@ class Scene:
 
         Places of files do not enter, so a moved checkout keeps its cache.
         """
-        state = hashlib.blake2b(digest_size=16)
-        for part in (self.camera, self.width, self.height, self.objects, self.lights, self.materials, self.textures):
-            _feed(state, part)
-        _feed(state, self.intent)
-        return state.hexdigest()
+        return _digest(self)
+
+
+@lru_cache(maxsize=16)  # a judge asks for the same scenes again and again
+def _digest(scene: Scene) -> str:
+    state = hashlib.blake2b(digest_size=16)
+    for part in (scene.camera, scene.width, scene.height, scene.objects, scene.lights, scene.materials, scene.textures):
+        _feed(state, part)
+    _feed(state, scene.intent)
+    return state.hexdigest()
 
 
 def _feed(state: Any, value: Any) -> None:
