@@ -67,7 +67,7 @@ def significance(residual: Floats, measured: Measured, to: Admissible) -> Signif
         z = largest(beyond / error)
         p = np.minimum(1.0, CHANNELS * special.stdtr(measured.freedom, -z))
         pixels = discoveries(p) & (z > 0)
-        tile, faint = _tiles(residual, measured, to)
+        tile, faint = _tiles(residual, measured, to, pixels)
     near = widened(to.edge, NEAR)
     away = int((pixels & ~near).sum())
     if measured.noisy and away <= 2:  # what the false discovery rate lets through
@@ -75,15 +75,16 @@ def significance(residual: Floats, measured: Measured, to: Admissible) -> Signif
     return Significance(pixels, tile, z, float(excess[pixels].sum()) + faint, away)
 
 
-def _tiles(residual: Floats, measured: Measured, to: Admissible) -> tuple[Bools, float]:
+def _tiles(residual: Floats, measured: Measured, to: Admissible, pixels: Bools) -> tuple[Bools, float]:
     """Tiles whose mean residual is faint in every pixel and yet beyond tolerance and noise, and their excess.
 
     The smooth pixels of a tile and those of its edges are tested apart, and so are the small tiles in it, since what a
     fault does to the facets of a mesh may cancel over a large one. At an edge noise alone drives a right value that
-    lies at the end of what is admitted out of it, by OUTWARD standard errors on average.
+    lies at the end of what is admitted out of it, by OUTWARD standard errors on average; and significant ``pixels``
+    (h, w) are left out there, a few of which are excused.
     """
     found, faint = np.zeros(1, np.bool_), 0.0
-    for part, outward in ((~to.edge, 0.0), (to.edge, OUTWARD)):
+    for part, outward in ((~to.edge, 0.0), (to.edge & ~pixels, OUTWARD)):
         allowed = to.tau + outward * np.sqrt(measured.variance) if outward else to.tau
         for side in (TILE, SMALL):
             wrong, excess = _faint(residual, measured, part, allowed, side)
