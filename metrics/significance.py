@@ -84,8 +84,8 @@ def _tiles(residual: Floats, measured: Measured, to: Admissible, pixels: Bools) 
     (h, w) are left out there, a few of which are excused.
     """
     found, faint = np.zeros(1, np.bool_), 0.0
-    for part, outward in ((~to.edge, 0.0), (to.edge & ~pixels, OUTWARD)):
-        allowed = to.tau + outward * np.sqrt(measured.variance) if outward else to.tau
+    outward = OUTWARD * np.sqrt(measured.variance)
+    for part, allowed in ((~to.edge, to.tau), (to.edge & ~pixels, to.tau + outward)):
         for side in (TILE, SMALL):
             wrong, excess = _faint(residual, measured, part, allowed, side)
             if side == SMALL:

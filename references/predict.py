@@ -47,9 +47,7 @@ def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) 
     if cached:
         try:
             return _stored(path)
-        except FileNotFoundError:
-            pass
-        except (OSError, ValueError, EOFError):  # a damaged file: compute again
+        except (OSError, ValueError, EOFError):  # no file, or a damaged one
             path.unlink(missing_ok=True)
     envelope = _stored_form(trace_envelope(configured_scene, options))
     if cached:
@@ -71,11 +69,10 @@ def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float3
     """The picture (h, w, 3) at pixel centres of ``scene`` under ``models``, from the cache where it is there."""
     configured_scene, options = configured(scene, models)
     path = _path(configured_scene, options, "previews")
-    if path.is_file():
-        try:
-            return np.asarray(np.load(path), np.float32)
-        except (OSError, ValueError, EOFError):
-            path.unlink(missing_ok=True)
+    try:
+        return np.asarray(np.load(path), np.float32)
+    except (OSError, ValueError, EOFError):
+        path.unlink(missing_ok=True)
     picture = trace_picture(configured_scene, options, threads=1).astype(np.float32)
     _keep(path, [picture])
     return picture

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.bench.stability_kinds import ABSOLUTE, RELATIVE, edges
+from notabug.metrics.admissible import widened
 from notabug.references.tracer.envelope import Envelope
 
 Floats = npt.NDArray[np.floating]
@@ -74,9 +75,7 @@ def floor(picture: Floats, of: Envelope, declaration: Declaration, exponent: flo
     few unit roundoffs are expected of it, times the ``exponent`` of a highlight; one that computes in float64 and
     writes float32 is off by u/2.
     """
-    from scipy import ndimage
-
-    smooth = ~ndimage.binary_dilation(edges(of), np.ones((3, 3), bool)) & (of.point > 0.02).all(axis=2)
+    smooth = ~widened(edges(of), 1) & (of.point > 0.02).all(axis=2)
     value = of.point[smooth]
     if not value.size:
         return Floor(0.0, 0.0, 0.0, "no smooth lit pixels to measure it on")

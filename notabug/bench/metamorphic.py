@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from notabug.adapters.base import Adapter, Quality, RendererError, UnsupportedError
 from notabug.bench.metamorphic_relations import RELATIONS, Relation
+from notabug.metrics.admissible import widened
 from notabug.references.tracer.envelope import Envelope, Options, trace_envelope
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
@@ -114,7 +114,7 @@ def delicate(scene: Scene) -> Bools:
     found = made.edge.copy()
     found[:, 1:] |= ids[:, 1:] != ids[:, :-1]
     found[1:] |= ids[1:] != ids[:-1]
-    return np.asarray(ndimage.binary_dilation(found, np.ones((3, 3), bool)))
+    return widened(found, 1)
 
 
 def stages(names: Sequence[str] = SCENES, side: int = SIDE) -> list[Scene]:

@@ -13,6 +13,7 @@ from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.bench.stability_scenes import headlit
+from notabug.metrics.admissible import widened
 from notabug.references.tracer.envelope import Envelope, Options, trace_envelope
 from notabug.scenes_usd.scene import Scene
 
@@ -71,7 +72,7 @@ def wrong(picture: Floats, of: Envelope, declaration: Declaration) -> Bools:
     tolerance = RELATIVE * np.abs(of.point) + ABSOLUTE + quantum
     with np.errstate(invalid="ignore"):
         off = np.abs(picture - of.point) > tolerance
-        near = ndimage.binary_dilation(edges(of), np.ones((3, 3), bool))
+        near = widened(edges(of), 1)
         window = (3, 3, 1)
         low = ndimage.minimum_filter(of.lo, window) - tolerance
         high = ndimage.maximum_filter(of.hi, window) + tolerance
