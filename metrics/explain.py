@@ -38,7 +38,7 @@ LEAST_TOLD = 0.5  # share of the wrong pixels that lie off edges, below which qu
 NEARER = 0.95  # of what the best set leaves: a larger set whose quick picture leaves more is not predicted
 AROUND = 4  # pixels: a filter's radius and what falls between the centres of pixels
 LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
-LEAST_FOUGHT = 0.02  # of what surfaces share: renderers show the other one at a sixth to a half of it
+LEAST_FOUGHT = 0.02  # of what surfaces share to the last bits: renderers show another one at a sixth of it or more
 NOISE = 3.0  # standard errors beyond which a pixel is off
 LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
 MOST_ALIKE, WIDENED = 0.3, 0.15  # correlation of neighbours' differences; a blot's is above .5, a Gaussian filter's .37
@@ -107,12 +107,14 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
             explained: Callable[..., Explained] = _RULES[each.rule]
             if each.kind == "limitation" and each.rule == "set":
                 explained = partial(_mixed, explained, 0.0 if each.grain else MEAN_ALPHA)
-                explained = explained if each.grain else partial(_widespread, explained, LEAST_FOUGHT)
+            if each.kind == "limitation" and each.sure is not None:
+                surely = predict((*chosen, replace(each, options=each.sure, others=())))
+                explained = partial(_widespread, explained, LEAST_FOUGHT, surely)
             if each.grain:
                 explained = partial(_grained, explained, each.rule == "set")
             # means over samples show dots everywhere, or it is none: at pixel centres there may be few
             if each.kind == "fault" and (each.rule == "any" or (each.grain and not target.share_is_point)):
-                explained = partial(_widespread, explained, LEAST_TOUCHED)
+                explained = partial(_widespread, explained, LEAST_TOUCHED, None)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
             excluded |= within
@@ -251,12 +253,21 @@ def _grained(
 
 
 def _widespread(
-    explained: Callable[..., Explained], least: float, measured: Measured, base: Admissible, *values: Admissible
+    explained: Callable[..., Explained],
+    least: float,
+    surely: Admissible | None,
+    measured: Measured,
+    base: Admissible,
+    *values: Admissible,
 ) -> Explained:
-    """What ``explained`` admits, if it touches ``least`` of its support: a few wrong pixels are no rule gone wrong."""
+    """What ``explained`` admits, if it touches a share ``least`` of its support, or of that of ``surely``.
+
+    A few wrong pixels are no rule gone wrong, and no fight of surfaces that coincide.
+    """
     found = explained(measured, base, *values)
     _, alpha, within, _ = found
-    if within.any() and float(_off(measured, base, within).sum()) < least * float(within.sum()):
+    of = within if surely is None else support(base, surely)
+    if of.any() and float(_off(measured, base, of).sum()) < least * float(of.sum()):
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     return found
 

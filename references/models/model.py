@@ -36,6 +36,8 @@ class Model:
     edit : how the scene is changed before it is rendered; sees ``Scene.intent`` still in place.
     options : switches of the tracer (fields of ``Options``).
     others : switches of further values that a sample may take under the rule ``set``, besides ``options``.
+    sure : switches under which it acts only where nothing but chance decides. A picture that shows next to nothing of
+        that does not show it; beyond, where a resolution is but a bound, it may be as rare as it likes.
     grain : what it admits under ``set`` or ``any`` changes from pixel to pixel: dots, not blots.
     declared : options that are taken from an adapter's declaration, from the fields of the same names.
     drawn : switches by which the in-house renderer draws a fault, where they are not ``options``.
@@ -55,6 +57,7 @@ class Model:
     options: Mapping[str, Any] = field(default_factory=dict)
     others: tuple[Mapping[str, Any], ...] = ()
     when: tuple[str, str] | None = None
+    sure: Mapping[str, Any] | None = None
     grain: bool = False
     declared: tuple[str, ...] = ()
     drawn: Mapping[str, Any] | None = None

@@ -91,4 +91,5 @@ def _fight(resolves: str, resolution: dict[str, float]) -> Model:
         options={"ties": "another", **resolution},
         others=({"ties": "unlit", **resolution}, {"ties": "next", **resolution, **seen}),
         when=("resolves", resolves),
+        sure={"ties": "another", "resolution": FLOAT["float64"]},
     )

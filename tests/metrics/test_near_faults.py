@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import pytest
 
 from notabug.adapters.base import Declaration, Quality
 from notabug.adapters.inhouse import InHouse
+from notabug.adapters.zbuffer import ZBuffer
 from notabug.scenes_usd.scene import Mesh, Scene
 
 CENTRES = Quality(samples=1)
@@ -136,3 +138,21 @@ def test_one_model_of_resolution_is_admitted(studio: Any, depth: Any) -> None:
     for declaration in (FLOAT32, replace(FLOAT32, depth=depth)):
         (found,) = (each for each in admitted(known, declaration) if each.name == "coincident_surfaces")
         assert found.when == ("resolves", declaration.resolves)
+
+
+def test_a_fight_may_be_rare_where_only_depths_are_near(studio: Any) -> None:
+    """The 24 bits of a depth buffer span a ball's front and back near its silhouette; the nearer one mostly wins."""
+    scene, adapter = studio.scene("acne/with_terminator", camera_distance="1e5"), ZBuffer()
+    verdict = studio.verdict(studio.draw(adapter, scene, CENTRES), scene, adapter.declaration(CENTRES))
+    assert (verdict.word, [each.name for each in verdict.findings]) == ("limitation", ["coincident_surfaces"])
+
+
+def test_a_fight_is_not_rare_where_surfaces_coincide(studio: Any) -> None:
+    """Fifty pixels at half their value, on spheres whose unlit samples would look so."""
+    scene = small(studio.scene("visibility/coincident_spheres"))
+    picture = studio.predicted(scene).mean.copy()
+    lit = np.flatnonzero((picture > 0.1).all(axis=2))
+    picture.reshape(-1, 3)[np.random.default_rng(1).choice(lit, 50, replace=False)] *= 0.5
+    assert studio.verdict([picture], scene, studio.box, naming=False).word == "bug"
+    with mock.patch("notabug.metrics.explain.LEAST_FOUGHT", 0.0):  # the control
+        assert studio.verdict([picture], scene, studio.box, naming=False).word == "limitation"
