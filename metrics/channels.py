@@ -1,4 +1,4 @@
-"""Reductions over the colour channels of (h, w, 3) arrays: numpy's own are ten times slower on so short an axis."""
+"""From (h, w, 3) arrays to (h, w) and back: numpy's own reductions and broadcasts over so short an axis are slow."""
 
 from __future__ import annotations
 
@@ -16,3 +16,20 @@ def largest(values: Floats) -> Floats:
 def total(values: Floats) -> Floats:
     """The sum of the channels, (h, w)."""
     return np.asarray(values[..., 0] + values[..., 1] + values[..., 2])
+
+
+def pixels(picture: Floats, at: npt.NDArray[np.intp]) -> Floats:
+    """The pixels (n, 3) of ``picture`` (h, w, 3) at the flat places ``at`` (n,)."""
+    return picture.reshape(-1, 3)[at]
+
+
+def put(picture: Floats, at: npt.NDArray[np.intp], values: Floats) -> Floats:
+    """``picture`` (h, w, 3) with ``values`` (n, 3) at the flat places ``at`` (n,)."""
+    result = picture.copy(order="C")
+    result.reshape(-1, 3)[at] = values
+    return result
+
+
+def spread(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """``mask`` (h, w) for each channel, (h, w, 3)."""
+    return np.repeat(mask[..., None], 3, axis=2)

@@ -16,8 +16,9 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import Admissible, Bools, residual, widened
-from notabug.metrics.channels import largest, total
+from notabug.metrics.admissible import Admissible, residual
+from notabug.metrics.channels import largest, pixels, put, total
+from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import Nuisance, nuisance
 from notabug.metrics.significance import BUDGET, Significance, significance
@@ -70,7 +71,7 @@ class Explanation:
     def severity(self) -> float:
         """How near the picture is to being called a bug: from 1 on it is one. It only ranks pictures."""
         found = self.significance
-        near, away = int(found.pixels.sum()) / (BUDGET + 1), float(found.away)
+        near, away = np.count_nonzero(found.pixels) / (BUDGET + 1), float(found.away)
         return max(near, away, float(found.tiles.sum()), *self.nuisance.severity)
 
 
@@ -121,41 +122,47 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
             freedom += length
     r = residual(measured.mean, target)
     found = significance(r, measured, target)
-    nearest = np.where(found.pixels[..., None], np.clip(measured.mean, target.lo, target.hi), measured.mean)
+    wrong = np.flatnonzero(found.pixels)
+    nearest = put(measured.mean, wrong, pixels(measured.mean, wrong) - pixels(r, wrong))
     global_fit = Nuisance() if found.triggers else nuisance(measured, target, excluded)
     return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z)
 
 
 def support(bare: Admissible, other: Admissible) -> Bools:
     """Where (h, w) two admissible sets differ by more than the tolerance."""
-    return np.asarray(largest(np.abs(other.value - bare.value) - np.maximum(bare.tau, other.tau)) > 0)
+    off = np.abs(other.value - bare.value)
+    off -= np.maximum(bare.tau, other.tau)
+    return np.asarray(largest(off) > 0)
 
 
 def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Explained:
     """The admissible set between ``base`` and ``limited``: (set, alpha (h, w), support (h, w), freedom)."""
-    v = limited.value - base.value
     within = support(base, limited)
+    at = np.flatnonzero(within)
+    start, v, off = (pixels(each, at) for each in (base.value, limited.value, measured.mean))
+    v, off = v - start, off - start
     square = np.maximum(total(v * v), 1e-30)
-    alpha = np.clip(total((measured.mean - base.value) * v) / square, 0.0, 1.0) * within
-    value = base.value + alpha[..., None] * v
+    share = np.clip(total(off * v) / square, 0.0, 1.0)
+    significant = largest(np.abs(off) - pixels(base.tau, at)) > 0
+    if significant.any() and float(share[significant].mean()) < MEAN_ALPHA:
+        return base, np.zeros(within.shape), np.zeros_like(within), 0.0
+    value = put(base.value, at, start + share[:, None] * v)
     edge = base.edge | limited.edge
-    at = edge[..., None]
+    ends = np.flatnonzero(edge)
     target = Admissible(
         value=value,
-        lo=np.where(at, np.minimum(base.lo, limited.lo), value),
-        hi=np.where(at, np.maximum(base.hi, limited.hi), value),
-        tau=np.where(within[..., None], np.maximum(base.tau, limited.tau), base.tau),
+        lo=put(value, ends, np.minimum(pixels(base.lo, ends), pixels(limited.lo, ends))),
+        hi=put(value, ends, np.maximum(pixels(base.hi, ends), pixels(limited.hi, ends))),
+        tau=put(base.tau, at, np.maximum(pixels(base.tau, at), pixels(limited.tau, at))),
         edge=edge,
         share=base.share,
         share_is_point=base.share_is_point,
         widened=base.widened,
     )
-    significant = within & (largest(np.abs(measured.mean - base.value) - base.tau) > 0)
-    if significant.any() and float(alpha[significant].mean()) < MEAN_ALPHA:
-        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     # a pixel's alpha counts by the share of its footprint that the artifact can take, so no filter moves the area
-    area = alpha * base.share
-    return target, area, within, float(np.sqrt(square[within]).sum() / within.size)
+    area = np.zeros(within.shape)
+    area.ravel()[at] = share * base.share.ravel()[at]
+    return target, area, within, float(np.sqrt(square).sum() / within.size)
 
 
 def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
@@ -371,9 +378,11 @@ def _beyond(measured: Measured, value: Floats, reference: Admissible) -> Floats:
 
 def nears(start: Explanation, model: Model, preview: Preview, fixed: tuple[Model, ...] = ()) -> bool:
     """Whether ``model`` changes, on top of ``fixed``, the centre of a pixel within AROUND of one to be explained."""
-    near = widened(start.significance.pixels, AROUND)
-    base = preview(fixed)
-    return not near.any() or any(bool((preview((*fixed, value)) != base)[near].any()) for value in model.values())
+    near = np.flatnonzero(widened(start.significance.pixels, AROUND))
+    base = pixels(preview(fixed), near)
+    return not near.size or any(
+        bool((pixels(preview((*fixed, value)), near) != base).any()) for value in model.values()
+    )
 
 
 def _helps(start: Explanation, model: Model, predict: Predict) -> bool:

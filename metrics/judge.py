@@ -12,12 +12,14 @@ from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics import perceive as eye
-from notabug.metrics.admissible import RELATIVE, Admissible, Bools, admissible
+from notabug.metrics.admissible import RELATIVE, Admissible, admissible
 from notabug.metrics.causes import gain_message
-from notabug.metrics.channels import largest
+from notabug.metrics.channels import largest, pixels, put
 from notabug.metrics.explain import Explanation, Predict, admitted, explain, support
 from notabug.metrics.naming import UNNAMED, Name, Others, name_bug
+from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import TILE, Measured, measure
+from notabug.metrics.nuisance import some
 from notabug.metrics.valid import box, invalid
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.model import Model, models
@@ -140,8 +142,6 @@ def _refused(wrong: Finding, pictures: Sequence[Floats], reference: Admissible) 
 
 def _hesitation(measured: Measured, found: Explanation, declaration: Declaration, given: int) -> str:
     """Why no verdict is possible, or "": a single noisy picture, or noise that hides what the tolerance forbids."""
-    smooth = ~found.target.edge
-    tau = found.target.tau
     if not measured.noisy:
         if given > 1:  # seeds that agree to the last bit, as where all is black
             return ""
@@ -150,8 +150,9 @@ def _hesitation(measured: Measured, found: Explanation, declaration: Declaration
         if found.triggers and _looks_noisy(measured, found):
             return "the picture looks noisy and there is only one: give at least two independent seeds"
         return ""
-    error = np.sqrt(measured.kappa * measured.variance) / TILE
-    ratio = float(np.median((error / tau)[smooth])) if smooth.any() else 0.0
+    smooth = some(np.flatnonzero(~found.target.edge))
+    variance, tau = (pixels(each, smooth) for each in (measured.variance, found.target.tau))
+    ratio = float(np.median(np.sqrt(measured.kappa * variance) / TILE / tau)) if smooth.size else 0.0
     if not found.triggers and BLIND * ratio > 1.0:
         factor = (BLIND * ratio) ** 2
         return f"too noisy: {factor:.1f} times as many samples would decide"
@@ -179,7 +180,7 @@ def _looks_noisy(measured: Measured, found: Explanation) -> bool:
     """A residual that changes sign from pixel to pixel all over the smooth parts is noise, not a fault."""
     off = measured.mean - found.target.value
     r = off[..., int(np.argmax((off**2).sum(axis=(0, 1))))]  # where red and blue are exchanged their sum says nothing
-    smooth = ~ndimage.binary_dilation(found.target.edge)
+    smooth = ~widened(found.target.edge, 1)
     bright = smooth & (largest(found.target.value) > 0)
     wrong = r[found.significance.pixels & bright]
     if bright.sum() < 256 or wrong.size < 0.05 * bright.sum():
@@ -231,7 +232,7 @@ def _limitations(found: Explanation) -> tuple[Finding, ...]:
 
 def regions(mask: Bools) -> tuple[tuple[int, int, int, int], ...]:
     """The boxes of the parts of ``mask`` (h, w), parts closer than four pixels taken as one, largest first."""
-    labels, _ = ndimage.label(ndimage.binary_dilation(mask, iterations=2))
+    labels, _ = ndimage.label(widened(mask, 2))
     labels = labels * mask
     found = []
     for number, place in enumerate(ndimage.find_objects(labels), 1):
@@ -243,11 +244,11 @@ def regions(mask: Bools) -> tuple[tuple[int, int, int, int], ...]:
 
 
 def _numbers(measured: Measured, found: Explanation, reference: Admissible) -> dict[str, float]:
-    difference = measured.mean - reference.value
+    square = np.square(measured.mean - reference.value)
     return {
-        "rmse": float(np.sqrt((difference**2).mean())),
-        "rel_mse": float((difference**2 / (reference.value**2 + 1e-2)).mean()),
-        "max": float(np.abs(difference).max()),
+        "rmse": float(np.sqrt(square.mean())),
+        "rel_mse": float((square / (reference.value**2 + 1e-2)).mean()),
+        "max": float(np.sqrt(square.max())),
         "gain": found.nuisance.gain,
         "shift_x": found.nuisance.shift[0],
         "shift_y": found.nuisance.shift[1],
@@ -266,7 +267,8 @@ def _perceived(judgement: Judgement, found: Explanation, reference: Admissible, 
     for each in found.models:
         limited |= found.alphas[each.name] > 0
     wrong = found.significance.pixels | bool(found.triggers and not found.significance.pixels.any())
-    halfway = np.where(limited[..., None], found.target.value, reference.value)
+    at = np.flatnonzero(limited)
+    halfway = put(reference.value, at, pixels(found.target.value, at))
     limitation_leg, limitation_map = _leg(reference.value, halfway, limited, perceive)
     admitted_picture = found.nearest if found.significance.pixels.any() else found.target.value
     tested = judgement.mean if found.triggers else admitted_picture

@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
+from notabug.metrics.channels import spread
+
 Floats = npt.NDArray[np.floating]
 TILE = 16
 OUTLIER = 10.0  # ratio of variances
@@ -30,12 +32,14 @@ class Measured:
         return self.seeds > 1
 
 
-def tiles(values: Floats, weight: Floats | npt.NDArray[np.bool_] | None = None, side: int = TILE) -> Floats:
+def tiles(values: Floats, side: int = TILE) -> Floats:
     """Sums of ``values`` (h, w[, c]) over tiles of ``side`` x ``side``, ragged at the right and lower border."""
-    if weight is not None:
-        values = values * weight
-    rows = np.add.reduceat(values, np.arange(0, values.shape[0], side), axis=0)
-    return np.asarray(np.add.reduceat(rows, np.arange(0, values.shape[1], side), axis=1))
+    for axis in (0, 1):
+        strided = [values[(slice(None),) * axis + (slice(start, None, side),)] for start in range(side)]
+        values = strided[0].copy()
+        for each in strided[1:]:
+            values[(slice(None),) * axis + (slice(each.shape[axis]),)] += each
+    return values
 
 
 def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured:
@@ -49,14 +53,15 @@ def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured
     stack = np.stack([np.asarray(each, np.float32) for each in pictures])
     mean = stack.mean(axis=0, dtype=np.float64).astype(np.float32)
     seeds = len(stack)
-    if seeds == 1 or not np.ptp(stack, axis=0).any():
+    if all(np.array_equal(each, stack[0]) for each in stack[1:]):
         return Measured(mean, np.zeros_like(mean), np.inf, 1.0, 1)
-    own = (stack - mean).var(axis=0, ddof=1) / seeds
+    off = stack - mean
+    own = np.square(off, out=off).sum(axis=0) / (seeds * (seeds - 1))
     pooled = ndimage.uniform_filter(own, size=(5, 5, 1), mode="nearest")
     # a value that is far noisier than its 24 neighbours, a firefly, is as noisy as it is: F(K - 1, 24 (K - 1)) beyond
     # OUTLIER has a chance of 1e-5 at four seeds
     others = (25.0 * pooled - own) / 24.0
-    variance = np.where(edge[..., None] | (own > OUTLIER * others), np.maximum(pooled, own), pooled)
+    variance = np.where(spread(edge) | (own > OUTLIER * others), np.maximum(pooled, own), pooled)
     count = tiles(np.ones(mean.shape[:2]))[..., None]
     between = np.stack([tiles(each) for each in stack]).var(axis=0, ddof=1) / seeds / count**2
     within = tiles(own) / count**2

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
-from notabug.metrics.admissible import Admissible, laplacian
-from notabug.metrics.channels import total
+from notabug.metrics.admissible import Admissible
+from notabug.metrics.channels import largest, pixels, total
+from notabug.metrics.neighbours import Bools, blurred
 from notabug.metrics.noise import Measured
 
 Floats = npt.NDArray[np.floating]
-Bools = npt.NDArray[np.bool_]
+Places = npt.NDArray[np.intp]
 
 GAIN = 0.004  # a gain within this of 1, plus some standard errors, is none
 ERRORS = 4.0  # standard errors: at three 1 in 400 gains of nothing but noise is one
@@ -24,7 +24,7 @@ _BLUR = 1.0  # standard deviation: a warp moves the border by more pixels than a
 # and a shift leaves most of what it has changed; with both pictures blurred it is one, and a shift must leave little.
 _LEAVES = ((0.0, 0.75), (0.7, 0.5))
 _MIN_PIXELS = 64
-_ENOUGH = 20_000  # values that fix a gain far better than its tolerance
+_ENOUGH = 20_000  # pixels that fix a gain, a shift and a warp far better than their tolerances
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,93 +80,99 @@ def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
     ``excluded`` (h, w) are pixels that a limitation may change. A fit is believed only where it describes most of the
     picture: an artifact in a corner is no gain.
     """
-    smooth = ~to.edge & ~excluded
-    gain, gain_error = _gain(measured, to, np.repeat(smooth[..., None], 3, axis=2))
-    channels = tuple(_gain(measured, to, smooth[..., None] & (np.arange(3) == k)) for k in range(3))
-    shift, shift_error = _shift(measured, to, gain, excluded)
-    return Nuisance(gain, gain_error, shift, shift_error, channels, *_warp(measured, to, gain, excluded))
+    (gain, gain_error), *channels = _gains(measured, to, ~to.edge & ~excluded)
+    value = total(to.value)
+    off = total(measured.mean) - gain * value
+    shift, shift_error = _shift(measured, value, off, excluded)
+    return Nuisance(gain, gain_error, shift, shift_error, tuple(channels), *_warp(measured, value, off, excluded))
 
 
-def _gain(measured: Measured, to: Admissible, smooth: Bools) -> tuple[float, float]:
-    # where the tolerance is wide, by fine texture say, a wider filter looks like a gain: x regresses towards its mean
-    tau, value = to.tau.ravel(), to.value.ravel()
-    some = _some(np.flatnonzero(smooth))
-    most = 2.0 * np.median(tau[some] / np.maximum(value[some], 1e-30)) if some.size else 0.0
-    bright = np.flatnonzero(smooth.ravel() & (value > 0.02 * max(float(value.max(initial=0.0)), 1e-30)))
-    bright = bright[tau[bright] <= most * value[bright]]
-    if bright.size < _MIN_PIXELS:
+def _gains(measured: Measured, to: Admissible, smooth: Bools) -> list[tuple[float, float]]:
+    """The gain and its standard error of all channels together, and of each alone."""
+    dark = 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)
+    even, bright = (some(np.flatnonzero(each)) for each in (smooth, smooth & (largest(to.value) > dark)))
+    allowed = pixels(to.tau, even) / np.maximum(pixels(to.value, even), 1e-30)
+    x, y, tau, variance = (
+        pixels(each, bright).astype(np.float64) for each in (to.value, measured.mean, to.tau, measured.variance)
+    )
+    least = float(to.tau.min(initial=np.inf))
+    found = []
+    for of in (slice(0, 3), slice(0, 1), slice(1, 2), slice(2, 3)):
+        # where the tolerance is wide, by fine texture say, a wider filter looks like a gain: x regresses to its mean
+        most = 2.0 * float(np.median(allowed[:, of])) if even.size else 0.0
+        good = some(np.flatnonzero((x[:, of] > dark) & (tau[:, of] <= most * x[:, of])))
+        values, gained, noise = (each[:, of].ravel()[good] for each in (x, y, variance))
+        found.append(_gain(values, gained, noise, least, measured.kappa))
+    return found
+
+
+def _gain(x: Floats, y: Floats, variance: Floats, least: float, kappa: float) -> tuple[float, float]:
+    """The gain of ``y`` (n,) over ``x`` (n,), and its standard error; ``least`` is the least tolerance of all."""
+    if x.size < _MIN_PIXELS:
         return 1.0, 0.0
-    bright = _some(bright)
-    x, y, variance = (each.ravel()[bright].astype(np.float64) for each in (to.value, measured.mean, measured.variance))
     ratio = y / x
     gain = float(np.median(ratio))
     spread = 1.4826 * float(np.median(np.abs(ratio - gain)))
     noise = np.sqrt(variance) / x
-    scale = np.maximum(np.maximum(spread, 1e-4), noise)
+    scale, square = np.maximum(np.maximum(spread, 1e-4), noise), x * x
     for _ in range(5):
         u = (ratio - gain) / (4.685 * scale)
-        weight = np.where(np.abs(u) < 1, (1 - u * u) ** 2, 0.0) * x * x
+        weight = np.maximum(1.0 - u * u, 0.0) ** 2 * square
         total = float(weight.sum())
         if total <= 0:
             return gain, 0.0
         gain = float((weight * ratio).sum() / total)
-    error = float(np.sqrt(((weight * scale) ** 2).sum()) / total) * np.sqrt(measured.kappa)
-    error += float(to.tau.min()) / float(np.median(x)) / ERRORS
+    error = float(np.sqrt(((weight * scale) ** 2).sum()) / total) * np.sqrt(kappa)
+    error += least / float(np.median(x)) / ERRORS
     agree = np.abs(ratio - gain) < 0.5 * max(abs(gain - 1.0), GAIN) + 3.0 * noise
     if float(agree.mean()) < 0.5:  # not one gain: something else
         return 1.0, error
     return gain, error
 
 
-def _some(places: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
+def some(places: Places) -> Places:
     """Some _ENOUGH of ``places`` (n,), evenly spread."""
     return places[:: max(1, places.size // _ENOUGH)]
 
 
 def _shift(
-    measured: Measured, to: Admissible, gain: float, excluded: Bools
+    measured: Measured, value: Floats, off: Floats, excluded: Bools
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     least = (0.0, 0.0)
     for blur, leaves in _LEAVES:
-        value, mean = (_blurred(total(each), blur) for each in (to.value, measured.mean))
-        at, dx, dy = _slopes(value, excluded)
-        if at.sum() < _MIN_PIXELS:
+        change, at, terms = _moved(value, off, excluded, blur)
+        if at.size < _MIN_PIXELS:
             break
-        # a picture moved by (sx, sy) is R - sx dR/dx - sy dR/dy; the Laplacian takes up a benign blur
-        terms = np.stack([-dx[at], -dy[at], laplacian(value)[at]], axis=1)
         alike = max(1.0, 4.0 * np.pi * blur**2)  # pixels: neighbours are after the blur
-        found = _huber(terms, mean[at] - gain * value[at], _variance(measured, at) / alike)
+        found = _huber(terms, change, _variance(measured, at) / alike)
         if found is None:
             break
         fit, variances, before, after = found
         across, down = (float(each) for each in np.sqrt(measured.kappa * alike * variances[:2]))
         least = least if any(least) else (across, down)
         # what no shift takes away: mean |noise|
-        noise = float(np.sqrt(2.0 / np.pi * total(measured.variance[at]) / alike).sum())
+        noise = float(np.sqrt(2.0 / np.pi * total(pixels(measured.variance, at)) / alike).sum())
         if after - noise <= leaves * (before - noise):  # a shift explains the edges, or it is no shift
             return (float(fit[0]), float(fit[1])), (across, down)
     return (0.0, 0.0), least
 
 
-def _warp(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> tuple[float, float]:
+def _warp(measured: Measured, value: Floats, off: Floats, excluded: Bools) -> tuple[float, float]:
     """How far the pixels that can show it move against their middle, and its standard error.
 
     Not how far the picture's corners would: of one line a blur makes a warp that is wild where there is nothing to see.
     """
-    value, mean = (_blurred(total(each), _BLUR) for each in (to.value, measured.mean))
-    at, dx, dy = _slopes(value, excluded)
-    if at.sum() < _MIN_PIXELS:
+    change, at, moved = _moved(value, off, excluded, _BLUR)
+    if at.size < _MIN_PIXELS:
         return 0.0, 0.0
     h, w = value.shape
-    v, u = (each[at] for each in np.mgrid[-1.0 : 1.0 : h * 1j, -1.0 : 1.0 : w * 1j])
-    dx, dy = -dx[at], -dy[at]
+    v, u = (2.0 * each / max(1, size - 1) - 1.0 for each, size in zip(np.divmod(at, w), (h, w), strict=True))
+    dx, dy = moved[:, 0], moved[:, 1]
     # places (u, v) in -1 .. 1 move by (s + A (u, v)) pixels
-    moved = np.stack([dx, dy, laplacian(value)[at]], axis=1)
     bent = np.concatenate([moved, np.stack([u * dx, v * dx, u * dy, v * dy], axis=1)], axis=1)
-    off = mean[at] - gain * value[at]
     alike = 4.0 * np.pi * _BLUR**2  # pixels: neighbours are after the blur
     noise = _variance(measured, at) / alike
-    plain, found = _huber(moved, off, noise), _huber(bent, off, noise)
+    plain, found = _huber(moved, change, noise), _huber(bent, change, noise)
     if plain is None or found is None:
         return 0.0, 0.0
     fit, variances, before, after = found
@@ -178,20 +184,26 @@ def _warp(measured: Measured, to: Admissible, gain: float, excluded: Bools) -> t
     return float(np.hypot(fit[3] * u + fit[4] * v, fit[5] * u + fit[6] * v).max()), error
 
 
-def _variance(measured: Measured, at: Bools) -> Floats:
-    """The variance (n,) of the sum of the channels, whose noise is the same at worst, of the pixels ``at`` (h, w)."""
-    return np.asarray(total(np.sqrt(measured.variance[at])) ** 2)
+def _moved(value: Floats, off: Floats, excluded: Bools, blur: float) -> tuple[Floats, Places, Floats]:
+    """What to regress on what: the difference (n,), blurred, at some pixels (n,) that are steep enough to show that
+    something has moved, and the terms (n, 3) there; ``value`` and ``off`` (h, w) are sums over channels.
+
+    A picture moved by (sx, sy) is R - sx dR/dx - sy dR/dy; the Laplacian takes up a benign blur.
+    """
+    value, off = blurred(value, blur), blurred(off, blur)
+    wide = np.pad(value, 1, mode="edge")
+    around = left, right, upper, lower = wide[1:-1, :-2], wide[1:-1, 2:], wide[:-2, 1:-1], wide[2:, 1:-1]
+    dx, dy = 0.5 * (right - left), 0.5 * (lower - upper)
+    steep = np.abs(dx) + np.abs(dy) > 0.05 * float(value.max(initial=0.0))
+    at = some(np.flatnonzero(steep & ~excluded))
+    place = np.divmod(at, value.shape[1])
+    bend = sum(each[place] for each in around) - 4.0 * value[place]  # the Laplacian
+    return off[place], at, np.stack([-dx[place], -dy[place], bend], axis=1)
 
 
-def _blurred(value: Floats, blur: float) -> Floats:
-    return np.asarray(ndimage.gaussian_filter(value, blur, mode="nearest")) if blur else value
-
-
-def _slopes(value: Floats, excluded: Bools) -> tuple[Bools, Floats, Floats]:
-    """Where (h, w) the picture is steep enough to show that it has moved, and its slopes across and down."""
-    dx, dy = (ndimage.correlate1d(value, [-0.5, 0.0, 0.5], axis=axis, mode="nearest") for axis in (1, 0))
-    at = (np.abs(dx) + np.abs(dy) > 0.05 * float(value.max(initial=0.0))) & ~excluded
-    return at, dx, dy
+def _variance(measured: Measured, at: Places) -> Floats:
+    """The variance (n,) of the sum of the channels, whose noise is the same at worst, of the pixels ``at`` (n,)."""
+    return np.asarray(total(np.sqrt(pixels(measured.variance, at))) ** 2)
 
 
 def _huber(terms: Floats, off: Floats, noise: Floats) -> tuple[Floats, Floats, float, float] | None:

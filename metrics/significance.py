@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 from scipy import special
 
-from notabug.metrics.admissible import Admissible, Bools, widened
-from notabug.metrics.channels import largest
+from notabug.metrics.admissible import Admissible
+from notabug.metrics.channels import largest, spread
+from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import TILE, Measured, tiles
 
 Floats = npt.NDArray[np.floating]
@@ -38,7 +40,7 @@ class Significance:
     @property
     def triggers(self) -> tuple[str, ...]:
         found = []
-        if int(self.pixels.sum()) > BUDGET or self.away:
+        if np.count_nonzero(self.pixels) > BUDGET or self.away:
             found.append("pixels")
         if self.tiles.any():
             found.append("tile")
@@ -47,29 +49,29 @@ class Significance:
 
 def discoveries(p: Floats, rate: float = RATE) -> Bools:
     """Which of the p-values are discoveries at the false discovery rate ``rate``; the shape of ``p``."""
-    flat = np.sort(p, axis=None)
-    under = np.flatnonzero(flat <= rate * np.arange(1, flat.size + 1) / flat.size)
+    low = np.sort(p[p <= rate])
+    under = np.flatnonzero(low <= rate * np.arange(1, low.size + 1) / p.size)
     if not under.size:
         return np.zeros(p.shape, np.bool_)
-    return np.asarray(p <= flat[under[-1]])
+    return np.asarray(p <= low[under[-1]])
 
 
 def significance(residual: Floats, measured: Measured, to: Admissible) -> Significance:
     """Test the residual (h, w, 3) pixel by pixel and tile by tile."""
-    beyond = np.maximum(np.abs(residual) - to.tau, 0.0)
-    excess = largest(beyond)
+    size = np.abs(residual)
+    beyond = size - to.tau
+    excess = np.maximum(largest(beyond), 0.0)
     if not measured.noisy:
-        z = largest(np.abs(residual) / np.maximum(to.tau, 1e-30))
+        z = largest(np.divide(size, to.tau, out=size))
         pixels = excess > 0
         tile, faint = np.zeros(1, np.bool_), 0.0
     else:
         error = np.maximum(np.sqrt(measured.variance), FLOOR * to.tau)
-        z = largest(beyond / error)
-        p = np.minimum(1.0, CHANNELS * special.stdtr(measured.freedom, -z))
-        pixels = discoveries(p) & (z > 0)
+        z = np.maximum(largest(beyond / error), 0.0)
+        pixels = discoveries(_chance(z, measured.freedom))
         tile, faint = _tiles(residual, measured, to, pixels)
     near = widened(to.edge, NEAR)
-    away = int((pixels & ~near).sum())
+    away = int(np.count_nonzero(pixels & ~near))
     if measured.noisy and away <= 2:  # what the false discovery rate lets through
         away = 0
     return Significance(pixels, tile, z, float(excess[pixels].sum()) + faint, away)
@@ -86,25 +88,38 @@ def _tiles(residual: Floats, measured: Measured, to: Admissible, pixels: Bools) 
     found, faint = np.zeros(1, np.bool_), 0.0
     outward = OUTWARD * np.sqrt(measured.variance)
     for part, allowed in ((~to.edge, to.tau), (to.edge & ~pixels, to.tau + outward)):
-        for side in (TILE, SMALL):
-            wrong, excess = _faint(residual, measured, part, allowed, side)
+        of = spread(part)
+        summed = (part.astype(float), of * residual, of * allowed, of * measured.variance)
+        small = [tiles(each, SMALL) for each in summed]
+        for side, sums in ((SMALL, small), (TILE, [tiles(each, TILE // SMALL) for each in small])):
+            wrong, excess = _faint(sums, measured, side)
             if side == SMALL:
-                wrong = tiles(wrong.astype(float), side=TILE // SMALL) > 0
+                wrong = tiles(wrong.astype(int), TILE // SMALL) > 0
             found, faint = found | wrong, faint + excess
     return found, faint
 
 
-def _faint(residual: Floats, measured: Measured, part: Bools, allowed: Floats, side: int) -> tuple[Bools, float]:
-    """Tiles of ``side`` pixels whose mean residual over ``part`` (h, w) exceeds the mean that is ``allowed``."""
-    of = part[..., None]
-    pixels = tiles(part.astype(float), side=side)
+def _faint(sums: Sequence[Floats], measured: Measured, side: int) -> tuple[Bools, float]:
+    """Tiles of ``side`` pixels whose mean residual exceeds the mean that is allowed, and their excess.
+
+    ``sums`` over each tile are its number of pixels (th, tw), and the residual, what is allowed and the variance, (th,
+    tw, 3).
+    """
+    pixels, residual, allowed, variance = sums
     count = np.maximum(pixels, 1.0)[..., None]
-    mean, tau = np.abs(tiles(residual, of, side)) / count, tiles(allowed, of, side) / count
-    error = np.sqrt(measured.kappa * tiles(measured.variance, of, side)) / count
+    mean, tau = np.abs(residual) / count, allowed / count
+    error = np.sqrt(measured.kappa * variance) / count
     beyond = np.maximum(mean - tau, 0.0)
     z = largest(beyond / np.maximum(error, FLOOR * np.maximum(tau, 1e-30)))
     # large tiles give kappa, were the channels' noise the same; a small one has no more than its pixels have
     freedom = pixels.size * (measured.seeds - 1) if side == TILE else measured.freedom
-    p = np.minimum(1.0, CHANNELS * special.stdtr(freedom, -z))
-    wrong = np.asarray(discoveries(np.where(pixels >= FEWEST[side], p, 1.0)) & (z > 0))
+    wrong = discoveries(np.where(pixels >= FEWEST[side], _chance(z, freedom), 1.0))
     return wrong, float(largest(beyond * count)[wrong].sum())
+
+
+def _chance(z: Floats, freedom: float) -> Floats:
+    """The chance of ``z``, the largest of three channels, under no more than noise; where it is zero, 1."""
+    chance = np.ones(z.shape)
+    beyond = z > 0
+    chance[beyond] = np.minimum(1.0, CHANNELS * special.stdtr(freedom, -z[beyond]))
+    return chance

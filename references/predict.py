@@ -70,11 +70,19 @@ def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float3
     configured_scene, options = configured(scene, models)
     path = _path(configured_scene, options, "previews")
     try:
-        return np.asarray(np.load(path), np.float32)
+        return _stored_picture(path)
     except (OSError, ValueError, EOFError):
         path.unlink(missing_ok=True)
     picture = trace_picture(configured_scene, options, threads=1).astype(np.float32)
     _keep(path, [picture])
+    return picture
+
+
+@lru_cache(maxsize=32)
+def _stored_picture(path: Path) -> npt.NDArray[np.float32]:
+    """As ``_stored``, of a picture."""
+    picture = np.asarray(np.load(path), np.float32)
+    picture.flags.writeable = False
     return picture
 
 

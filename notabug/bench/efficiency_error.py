@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.bench.stability_kinds import ABSOLUTE, RELATIVE, edges
-from notabug.metrics.admissible import widened
+from notabug.metrics.neighbours import widened
 from notabug.references.tracer.envelope import Envelope
 
 Floats = npt.NDArray[np.floating]

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Adapter, Quality, RendererError, UnsupportedError
 from notabug.bench.metamorphic_relations import RELATIONS, Relation
-from notabug.metrics.admissible import widened
+from notabug.metrics.neighbours import widened
 from notabug.references.tracer.envelope import Envelope, Options, trace_envelope
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene

@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.bench.stability_scenes import headlit
-from notabug.metrics.admissible import widened
+from notabug.metrics.neighbours import widened
 from notabug.references.tracer.envelope import Envelope, Options, trace_envelope
 from notabug.scenes_usd.scene import Scene
 

@@ -6,6 +6,8 @@ import importlib
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
+from types import ModuleType
 from typing import Any, Literal
 
 import notabug.references.models
@@ -108,6 +110,12 @@ def edit_materials(scene: Scene, edit: Callable[[Material], Material]) -> Scene:
 
 def models(scene: Scene) -> Iterator[Model]:
     """Every model that can act on ``scene``, from its content: the files of this folder that define ``models``."""
-    for module in pkgutil.iter_modules(notabug.references.models.__path__):
-        if module.name != "model":
-            yield from importlib.import_module(f"notabug.references.models.{module.name}").models(scene)
+    for module in _modules():
+        yield from module.models(scene)
+
+
+@cache
+def _modules() -> tuple[ModuleType, ...]:
+    found = pkgutil.iter_modules(notabug.references.models.__path__)
+    names = [each.name for each in found if each.name != "model"]
+    return tuple(importlib.import_module(f"notabug.references.models.{name}") for name in names)

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from scipy import stats
+from scipy import ndimage, stats
 
 from notabug.adapters.declared import decode_srgb
-from notabug.metrics.admissible import laplacian
 from notabug.metrics.causes import encoded, zoomed
 from notabug.metrics.judge import regions
+from notabug.metrics.neighbours import blurred, extreme, laplacian, weighed, widened
 from notabug.metrics.noise import TILE, measure, tiles
 from notabug.metrics.significance import discoveries
 from notabug.metrics.valid import box
@@ -56,7 +56,7 @@ def test_tiles_sum_what_they_cover(values: Floats) -> None:
         for tx in range(found.shape[1]):
             part = values[ty * TILE : (ty + 1) * TILE, tx * TILE : (tx + 1) * TILE]
             assert found[ty, tx] == pytest.approx(part.sum(axis=(0, 1)), abs=1e-9)
-    assert tiles(values, np.zeros(values.shape, bool)).max() == 0.0
+    assert tiles(tiles(values, 4), TILE // 4) == pytest.approx(found, abs=1e-9)
 
 
 @FEW
@@ -95,6 +95,21 @@ def test_laplacian_and_zoom() -> None:
     assert laplacian(bowl)[2:-2, 2:-2] == pytest.approx(np.full((5, 5, 3), 8.0))  # 2 + 6
     ramp = np.repeat((x - 4)[..., None], 3, axis=2)
     assert zoomed(ramp, 2.0)[4, :, 0] == pytest.approx((x[0] - 4) / 2)  # twice as large: half the slope
+
+
+pictures = hnp.arrays(np.float64, hnp.array_shapes(min_dims=2, max_dims=2, max_side=30), elements=st.floats(-1, 1))
+
+
+@MANY
+@given(pictures, st.sampled_from([0.0, 0.7, 1.0]))
+def test_filters_over_neighbours_are_ndimages(picture: Floats, deviation: float) -> None:
+    assert np.array_equal(extreme(picture, np.maximum), ndimage.maximum_filter(picture, 3))
+    assert np.array_equal(extreme(picture, np.minimum), ndimage.minimum_filter(picture, 3))
+    assert np.array_equal(widened(picture > 0.5, 2), ndimage.binary_dilation(picture > 0.5, np.ones((5, 5))))
+    there = weighed(picture, (0.5, 0.2, 0.05), 1)
+    assert there == pytest.approx(ndimage.correlate1d(picture, [0.05, 0.2, 0.5, 0.2, 0.05], 1, mode="nearest"))
+    gaussian = ndimage.gaussian_filter(picture, deviation, mode="nearest") if deviation else picture
+    assert blurred(picture, deviation) == pytest.approx(gaussian, abs=1e-12)
 
 
 masks = hnp.arrays(np.bool_, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=30))
