@@ -12,7 +12,8 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager, nullcontext
+from multiprocessing.synchronize import Semaphore
 from types import FrameType, TracebackType
 from typing import Any, ClassVar, Protocol, TypeVar
 
@@ -73,8 +74,9 @@ class Alone:
 
 
 class Processes:
-    """Jobs in ``at_once`` processes of this machine.
+    """Jobs in processes of this machine, ``at_once`` of which may have a renderer at work.
 
+    There are half as many processes again, which judge meanwhile: renderers wait for files and for their children.
     When a process dies the jobs that were in hand are done again, each alone, so that the one at fault is known: it
     is given up when it costs a second process, the others are not blamed.
     """
@@ -83,6 +85,7 @@ class Processes:
 
     def __init__(self, at_once: int, threads: int) -> None:
         self.at_once = at_once
+        self._hands = at_once + (at_once + 1) // 2
         self._threads = threads
         self._pool: ProcessPoolExecutor | None = None
 
@@ -93,7 +96,7 @@ class Processes:
         waiting = deque(range(len(jobs)))
         suspects: deque[int] = deque()
         while waiting:
-            yield from self._round(function, jobs, waiting, suspects, self.at_once)
+            yield from self._round(function, jobs, waiting, suspects, self._hands)
             while suspects:
                 alone, found = deque([suspects.popleft()]), deque[int]()
                 yield from self._round(function, jobs, alone, found, 1)
@@ -106,13 +109,13 @@ class Processes:
         jobs: Sequence[Job],
         waiting: deque[int],
         suspects: deque[int],
-        at_once: int,
+        hands: int,
     ) -> Iterator[tuple[int, Made | Exception]]:
         """Do the ``waiting`` jobs until they are done or a process dies; then ``suspects`` gets those in hand."""
         pool = self._open()
         running: dict[Future[Made], int] = {}
         while running or waiting:
-            while waiting and len(running) < at_once:
+            while waiting and len(running) < hands:
                 index = waiting.popleft()
                 try:
                     running[pool.submit(_guarded, function, jobs[index])] = index
@@ -140,7 +143,9 @@ class Processes:
     def _open(self) -> ProcessPoolExecutor:
         if self._pool is None:
             context = multiprocessing.get_context(prepare())
-            self._pool = ProcessPoolExecutor(self.at_once, context, _begin, (self._threads,))
+            # a new pool has new places: a process that was killed may have had one
+            places = context.Semaphore(self.at_once)
+            self._pool = ProcessPoolExecutor(self._hands, context, _begin, (self._threads, places))
         return self._pool
 
     def _close(self) -> None:
@@ -184,8 +189,20 @@ def prepare(*more: str) -> str:
     return "forkserver"
 
 
-def _begin(threads: int) -> None:
+_places: Semaphore | None = None
+
+
+@contextmanager
+def rendering() -> Iterator[None]:
+    """Where a job has its renderer at work: in a crew's process no more than ``at_once`` jobs are here."""
+    with _places or nullcontext():
+        yield
+
+
+def _begin(threads: int, places: Semaphore) -> None:
     """The start of a process: libraries may use ``threads``; it ends, and its renderers too, when its parent does."""
+    global _places
+    _places = places
     for library in ("NUMBA", "OMP"):
         os.environ[f"{library}_NUM_THREADS"] = str(threads)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears it too and decides
@@ -272,8 +289,8 @@ class Cluster:
 def crew(executor: str, at_once: int, jobs: int) -> tuple[Crew, int]:
     """The crew for a run of ``jobs`` jobs and the threads for each; ``at_once`` 0: as many as the machine is good for.
 
-    By default each job has a core of its own while several are done at once, so that jobs do not slow each other
-    down and the times stated are those of one core; a lone job has all cores.
+    By default each renderer has a core of its own while several are at work, so that they do not slow each other
+    down; a lone job has all cores.
     """
     if executor:
         kind, separator, address = executor.partition("://")

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 from notabug.adapters.base import Adapter, Found, Quality, Render, RendererMissingError, UnsupportedError
 from notabug.calibration import CARDS, refusal
-from notabug.crew import Alone, Crew
+from notabug.crew import Alone, Crew, rendering
 from notabug.folders import job_folder, job_lock, sole_writer, write_json, write_text
 from notabug.gate import Gate
 from notabug.metrics.verdict import Verdict, Word
@@ -322,7 +322,8 @@ def _render(scene: Scene, adapter: Adapter, folder: Path, key: str, quality: Qua
     pictures = folder / "renders"
     shutil.rmtree(pictures, ignore_errors=True)
     pictures.mkdir(parents=True)
-    renders = adapter.render(scene, pictures, quality)
+    with rendering():
+        renders = adapter.render(scene, pictures, quality)
     if not renders:
         raise NotabugError(
             "the adapter returned no picture", where=f"adapter {adapter.name!r}", do="correct the adapter"

@@ -50,6 +50,25 @@ def test_a_process_that_is_killed_once_costs_nothing(tmp_path: Path) -> None:
     assert done(2, ["1", once, "3"]) == {0: 1, 1: "again", 2: 3}
 
 
+def _at_work(deed: str, path: Path) -> str:
+    """The expression that does ``deed`` of ``at_work.py`` with ``path``."""
+    return f"__import__('runpy').run_path({str(PROGRAM.with_name('at_work.py'))!r})[{deed!r}]({str(path)!r})"
+
+
+def test_others_judge_while_one_renders(tmp_path: Path) -> None:
+    sign = tmp_path / "sign"
+    assert done(1, [_at_work("renders_until", sign), f"open({str(sign)!r}, 'w').close()"])[0] is True
+
+
+def test_no_more_renderers_at_work_than_places(tmp_path: Path) -> None:
+    alone = _at_work("renders_alone", tmp_path / "lock")
+    assert done(1, [alone] * 8) == dict.fromkeys(range(8), True)
+    # a process that is killed at work takes no place with it
+    results = done(1, [_at_work("dies", tmp_path), alone, alone])
+    assert "ended two processes" in str(results[0])
+    assert (results[1], results[2]) == (True, True)
+
+
 def test_processes_end_with_their_parent() -> None:
     code = (
         "from notabug.crew import Processes\n"
