@@ -33,6 +33,9 @@ Preview = Callable[[tuple[Model, ...]], Floats]
 """The picture (h, w, 3) of a set of models, by one sample a pixel."""
 
 MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
+# The same of surfaces that coincide, where that share of what is off lies on the straight way to the other surface: by
+# the order of its triangles Mitsuba shows another one than the nearest in a tenth of a pixel's samples.
+MEAN_FOUGHT, MOST_BETWEEN = 0.05, 0.9
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
 LEAST_TOLD = 0.5  # share of the wrong pixels that lie off edges, below which quick pictures tell nothing
@@ -106,16 +109,26 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
         if each.rule != "choice":
             values = [predict((*chosen, value)) for value in each.values()]
             explained: Callable[..., Explained] = _RULES[each.rule]
-            if each.kind == "limitation" and each.rule == "set":
-                explained = partial(_mixed, explained, 0.0 if each.grain else MEAN_ALPHA)
+            least = 0.0 if each.grain else MEAN_ALPHA
             if each.kind == "limitation" and each.sure is not None:
-                surely = predict((*chosen, replace(each, options=each.sure, others=())))
-                explained = partial(_widespread, explained, LEAST_FOUGHT, surely)
+                # where a choice has another surface win, the first may win as well
+                first = predict(tuple(other for other in chosen if other.options.keys().isdisjoint(each.sure)))
+                values += [first] if first is not predict(chosen) else []
+                another = predict((*chosen, replace(each, options=each.sure, others=())))
+                surely = support(first, another)
+                fought = _off(measured, target, surely)
+                if surely.any() and np.count_nonzero(fought) < LEAST_FOUGHT * np.count_nonzero(surely):
+                    alphas[each.name] = np.zeros(surely.shape)
+                    continue
+                if _between(measured, target, (another, first), fought) > MOST_BETWEEN:
+                    least = MEAN_FOUGHT
+            if each.kind == "limitation" and each.rule == "set":
+                explained = partial(_mixed, explained, least)
             if each.grain:
                 explained = partial(_grained, explained, each.rule == "set")
             # means over samples show dots everywhere, or it is none: at pixel centres there may be few
             if each.kind == "fault" and (each.rule == "any" or (each.grain and not target.share_is_point)):
-                explained = partial(_widespread, explained, LEAST_TOUCHED, None)
+                explained = partial(_widespread, explained)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
             excluded |= within
@@ -235,6 +248,21 @@ def _off(measured: Measured, base: Admissible, within: Bools) -> Bools:
     return within & (largest(beyond) > 0)
 
 
+def _between(measured: Measured, base: Admissible, values: Sequence[Admissible], off: Bools) -> float:
+    """The share of the pixels ``off`` (h, w) that lie on the straight way from ``base`` to one of ``values``."""
+    at = np.flatnonzero(off)
+    if not at.size:
+        return 0.0
+    start, slack = pixels(base.value, at), pixels(base.tau, at) + NOISE * np.sqrt(pixels(measured.variance, at))
+    away = pixels(measured.mean, at) - start
+    found = np.zeros(at.size, np.bool_)
+    for each in values:
+        v = pixels(each.value, at) - start
+        share = np.clip(total(away * v) / np.maximum(total(v * v), 1e-30), 0.0, 1.0)
+        found |= largest(np.abs(away - share[:, None] * v) - slack) <= 0
+    return float(found.mean())
+
+
 def _grained(
     explained: Callable[..., Explained], shares: bool, measured: Measured, base: Admissible, *values: Admissible
 ) -> Explained:
@@ -260,21 +288,12 @@ def _grained(
 
 
 def _widespread(
-    explained: Callable[..., Explained],
-    least: float,
-    surely: Admissible | None,
-    measured: Measured,
-    base: Admissible,
-    *values: Admissible,
+    explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible
 ) -> Explained:
-    """What ``explained`` admits, if it touches a share ``least`` of its support, or of that of ``surely``.
-
-    A few wrong pixels are no rule gone wrong, and no fight of surfaces that coincide.
-    """
+    """What ``explained`` admits, if it touches LEAST_TOUCHED of its support: few wrong pixels are no wrong rule."""
     found = explained(measured, base, *values)
     _, alpha, within, _ = found
-    of = within if surely is None else support(base, surely)
-    if of.any() and float(_off(measured, base, of).sum()) < least * float(of.sum()):
+    if within.any() and float(_off(measured, base, within).sum()) < LEAST_TOUCHED * float(within.sum()):
         return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
     return found
 
