@@ -156,3 +156,29 @@ def test_a_fight_is_not_rare_where_surfaces_coincide(studio: Any) -> None:
     assert studio.verdict([picture], scene, studio.box, naming=False).word == "bug"
     with mock.patch("notabug.metrics.explain.LEAST_FOUGHT", 0.0):  # the control
         assert studio.verdict([picture], scene, studio.box, naming=False).word == "limitation"
+
+
+def test_a_winner_may_be_rare_in_the_samples_of_a_pixel(studio: Any) -> None:
+    """A fifth of the samples see the other plane; with only its red mixed in no pixel is on the way to it."""
+    scene = small(studio.scene("visibility/coincident_planes", gap="0", triangulation="same"))
+    first, other = (studio.predicted(scene, *names).mean for names in ((), ("another_wins",)))
+    seen = studio.verdict([first + 0.2 * (other - first)], scene, studio.box, naming=False)
+    assert (seen.word, [each.name for each in seen.findings]) == ("limitation", ["coincident_surfaces"])
+    dyed = first + np.array([0.2, 0.0, 0.0]) * (other - first)
+    assert studio.verdict([dyed], scene, studio.box, naming=False).word == "bug"
+    with mock.patch("notabug.metrics.explain.MOST_BETWEEN", -1.0):  # the control
+        assert studio.verdict([dyed], scene, studio.box, naming=False).word == "limitation"
+
+
+def test_the_first_may_win_where_the_other_does_elsewhere(studio: Any) -> None:
+    """The order of a hierarchy of boxes has another winner in one of its boxes."""
+    scene = small(studio.scene("visibility/coincident_planes", gap="0", triangulation="same"))
+    first, other = (studio.predicted(scene, *names).point for names in ((), ("another_wins",)))
+    both = np.flatnonzero((other != first).any(axis=2))
+    picture = other.copy()
+    picture.reshape(-1, 3)[both[-both.size // 40 :]] = first.reshape(-1, 3)[both[-both.size // 40 :]]
+    verdict = studio.verdict([picture], scene, replace(FLOAT32, coincident="unknown"), naming=False)
+    assert (verdict.word, {each.name for each in verdict.findings}) == (
+        "limitation",
+        {"another_wins", "coincident_surfaces"},
+    )
