@@ -38,7 +38,7 @@ counts where the judge names it: how many pictures, and the largest area in pixe
 
 def page(results: Iterable[dict[str, Any]]) -> str:
     """The page as Markdown, from the results of runs."""
-    judged = [each for each in results if each["verdict"] in ("pass", "limitation", "bug")]
+    judged = [each for each in results if each["verdict"] in ("pass", "limitation", "bug", "inconclusive")]
     renderers = ", ".join(sorted({each["renderer"] for each in judged}))
     lines = []
     for model in list_models():
@@ -61,6 +61,7 @@ def _shown(limitation: str, results: Iterable[dict[str, Any]]) -> dict[str, str]
         for finding in each["findings"]:
             if finding["name"] == limitation and each["verdict"] != "bug":
                 place = f"`{each['scene']}` {each['variant']}".rstrip()
+                place += " (inconclusive)" if each["verdict"] == "inconclusive" else ""
                 found.setdefault(each["renderer"], []).append((finding["area_px"] or 0.0, place))
     texts = {}
     for renderer, places in sorted(found.items()):
