@@ -75,9 +75,9 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
         tau += GRID * extreme(extreme(inside, np.maximum), np.maximum)
         if declaration.filter != "unknown" and declaration.samples >= ENOUGH:
             share = RANDOM_EDGE if declaration.noisy else EDGE
-            slack = share * (hi - lo)
-            cast = edges(envelope, reach, cast=True)
-            slack[cast] = (hi - lo)[cast]
+            span, cast = hi - lo, edges(envelope, reach, cast=True)
+            slack = share * span
+            slack[cast] = span[cast]
             samples = (lo, hi)
             lo, hi = np.maximum(lo, value - slack), np.minimum(hi, value + slack)
     if declaration.filter not in ("point", "box"):

@@ -109,21 +109,14 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
         if each.rule != "choice":
             values = [predict((*chosen, value)) for value in each.values()]
             explained: Callable[..., Explained] = _RULES[each.rule]
-            least = 0.0 if each.grain else MEAN_ALPHA
             if each.kind == "limitation" and each.sure is not None:
                 # where a choice has another surface win, the first may win as well
                 first = predict(tuple(other for other in chosen if other.options.keys().isdisjoint(each.sure)))
                 values += [first] if first is not predict(chosen) else []
                 another = predict((*chosen, replace(each, options=each.sure, others=())))
-                surely = support(first, another)
-                fought = _off(measured, target, surely)
-                if surely.any() and np.count_nonzero(fought) < LEAST_FOUGHT * np.count_nonzero(surely):
-                    alphas[each.name] = np.zeros(surely.shape)
-                    continue
-                if _between(measured, target, (another, first), fought) > MOST_BETWEEN:
-                    least = MEAN_FOUGHT
-            if each.kind == "limitation" and each.rule == "set":
-                explained = partial(_mixed, explained, least)
+                explained = partial(_fought, explained, first, another)
+            elif each.kind == "limitation" and each.rule == "set":
+                explained = partial(_mixed, explained, 0.0 if each.grain else MEAN_ALPHA)
             if each.grain:
                 explained = partial(_grained, explained, each.rule == "set")
             # means over samples show dots everywhere, or it is none: at pixel centres there may be few
@@ -154,11 +147,10 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Expla
     at = np.flatnonzero(within)
     start, v, off = (pixels(each, at) for each in (base.value, limited.value, measured.mean))
     v, off = v - start, off - start
-    square = np.maximum(total(v * v), 1e-30)
-    share = np.clip(total(off * v) / square, 0.0, 1.0)
+    share = _share(off, v)
     significant = largest(np.abs(off) - pixels(base.tau, at)) > 0
     if significant.any() and float(share[significant].mean()) < MEAN_ALPHA:
-        return base, np.zeros(within.shape), np.zeros_like(within), 0.0
+        return _nothing(base)
     value = put(base.value, at, start + share[:, None] * v)
     edge = base.edge | limited.edge
     ends = np.flatnonzero(edge)
@@ -175,7 +167,17 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Expla
     # a pixel's alpha counts by the share of its footprint that the artifact can take, so no filter moves the area
     area = np.zeros(within.shape)
     area.ravel()[at] = share * base.share.ravel()[at]
-    return target, area, within, float(np.sqrt(square).sum() / within.size)
+    return target, area, within, float(np.sqrt(total(v * v)).sum() / within.size)
+
+
+def _share(off: Floats, v: Floats) -> Floats:
+    """How far (n,) along ``v`` (n, 3) the deviations ``off`` (n, 3) lie, 0 .. 1."""
+    return np.asarray(np.clip(total(off * v) / np.maximum(total(v * v), 1e-30), 0.0, 1.0))
+
+
+def _nothing(base: Admissible) -> Explained:
+    """What a model explains that does not fit."""
+    return base, np.zeros(base.edge.shape), np.zeros(base.edge.shape, np.bool_), 0.0
 
 
 def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
@@ -238,8 +240,28 @@ def _mixed(
     off = _off(measured, base, within)
     mixed = not within.any() or LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED
     if not mixed or (off.any() and float(alpha[off].mean()) < least):
-        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+        return _nothing(base)
     return found
+
+
+def _fought(
+    explained: Callable[..., Explained],
+    first: Admissible,
+    another: Admissible,
+    measured: Measured,
+    base: Admissible,
+    *values: Admissible,
+) -> Explained:
+    """What ``explained`` admits, if it touches enough of what surfaces share to the last bits.
+
+    There one sees the ``first`` or ``another``; what lies on the straight way between them may be rare in each pixel.
+    """
+    surely = support(first, another)
+    off = _off(measured, base, surely)
+    if surely.any() and np.count_nonzero(off) < LEAST_FOUGHT * np.count_nonzero(surely):
+        return _nothing(base)
+    between = _between(measured, base, (another, first), off) > MOST_BETWEEN
+    return _mixed(explained, MEAN_FOUGHT if between else MEAN_ALPHA, measured, base, *values)
 
 
 def _off(measured: Measured, base: Admissible, within: Bools) -> Bools:
@@ -258,8 +280,7 @@ def _between(measured: Measured, base: Admissible, values: Sequence[Admissible],
     found = np.zeros(at.size, np.bool_)
     for each in values:
         v = pixels(each.value, at) - start
-        share = np.clip(total(away * v) / np.maximum(total(v * v), 1e-30), 0.0, 1.0)
-        found |= largest(np.abs(away - share[:, None] * v) - slack) <= 0
+        found |= largest(np.abs(away - _share(away, v)[:, None] * v) - slack) <= 0
     return float(found.mean())
 
 
@@ -280,10 +301,10 @@ def _grained(
     dots = np.abs(off[_off(measured, base, within)])
     rough = not shares or not dots.size or float(np.median(dots)) > LEAST_GRAIN
     if not rough or power <= LEAST_GRAIN**2 * float((within & (alpha > 0)).sum()):
-        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+        return _nothing(base)
     alike = 0.5 * float((off[:, 1:] * off[:, :-1]).sum() + (off[1:] * off[:-1]).sum())
     if alike > (MOST_ALIKE + (WIDENED if base.widened else 0.0)) * power:
-        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+        return _nothing(base)
     return found
 
 
@@ -292,9 +313,9 @@ def _widespread(
 ) -> Explained:
     """What ``explained`` admits, if it touches LEAST_TOUCHED of its support: few wrong pixels are no wrong rule."""
     found = explained(measured, base, *values)
-    _, alpha, within, _ = found
+    _, _, within, _ = found
     if within.any() and float(_off(measured, base, within).sum()) < LEAST_TOUCHED * float(within.sum()):
-        return base, np.zeros_like(alpha), np.zeros_like(within), 0.0
+        return _nothing(base)
     return found
 
 

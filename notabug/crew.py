@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from multiprocessing.synchronize import Semaphore
 from types import FrameType, TracebackType
 from typing import Any, ClassVar, Protocol, TypeVar
@@ -192,11 +192,9 @@ def prepare(*more: str) -> str:
 _places: Semaphore | None = None
 
 
-@contextmanager
-def rendering() -> Iterator[None]:
+def rendering() -> AbstractContextManager[Any]:
     """Where a job has its renderer at work: in a crew's process no more than ``at_once`` jobs are here."""
-    with _places or nullcontext():
-        yield
+    return _places or nullcontext()
 
 
 def _begin(threads: int, places: Semaphore) -> None:

@@ -12,6 +12,7 @@ import pytest
 from notabug.adapters.base import Declaration, Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.adapters.zbuffer import ZBuffer
+from notabug.metrics.channels import pixels, put
 from notabug.scenes_usd.scene import Mesh, Scene
 
 CENTRES = Quality(samples=1)
@@ -175,8 +176,8 @@ def test_the_first_may_win_where_the_other_does_elsewhere(studio: Any) -> None:
     scene = small(studio.scene("visibility/coincident_planes", gap="0", triangulation="same"))
     first, other = (studio.predicted(scene, *names).point for names in ((), ("another_wins",)))
     both = np.flatnonzero((other != first).any(axis=2))
-    picture = other.copy()
-    picture.reshape(-1, 3)[both[-both.size // 40 :]] = first.reshape(-1, 3)[both[-both.size // 40 :]]
+    wedge = both[-both.size // 40 :]
+    picture = put(other, wedge, pixels(first, wedge))
     verdict = studio.verdict([picture], scene, replace(FLOAT32, coincident="unknown"), naming=False)
     assert (verdict.word, {each.name for each in verdict.findings}) == (
         "limitation",
