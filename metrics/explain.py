@@ -358,7 +358,8 @@ def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, 
 def explain(
     measured: Measured, models: Sequence[Model], predict: Predict, preview: Preview | None = None
 ) -> Explanation:
-    """The smallest set without a trigger; if there is none, the set that leaves the shortest bug leg.
+    """The smallest set without a trigger, of single models that with the least freedom; else that with the shortest
+    bug leg.
 
     ``preview`` spares most of the predictions: of models that move nothing near what needs explaining, and of larger
     sets whose quick picture is no nearer than that of the best one. Before a picture is a bug, models that move nothing
@@ -370,16 +371,23 @@ def explain(
     useful = [
         each for each in models if (preview is None or nears(bare, each, preview)) and _helps(bare, each, predict)
     ]
+    enough: list[Explanation] = []
     for chosen in candidates(useful, habits(models)):
+        if enough and len(chosen) > 1:
+            break
         if not chosen:
             continue
         if len(chosen) > 1 and preview is not None and not _nearer(measured, chosen, best, predict, preview):
             continue
         found = fit(measured, chosen, predict)
         if not found.triggers:
-            return replace(found, before=bare.significance.z)
-        if found.significance.excess < 0.9 * best.significance.excess:
+            enough.append(found)
+            if len(chosen) > 1:
+                break
+        elif found.significance.excess < 0.9 * best.significance.excess:
             best = found
+    if enough:  # dots may fill a facet as well: the models that could explain the least else
+        return replace(min(enough, key=lambda each: each.freedom), before=bare.significance.z)
     for each in models:  # some act only beside others: the folds of a mesh that stands for a smooth one
         if each not in (*useful, *best.models) and len(best.models) < LARGEST_SET and _helps(best, each, predict):
             found = fit(measured, (*best.models, each), predict)
