@@ -74,7 +74,7 @@ def renderer_groups(size: Size) -> list[Group]:
             continue
 
         def group(label: Any, fault: str, kind: str, strength: float, scene: str, name: str = name) -> Group:
-            return Group(label, fault, kind, strength, scene, (), 0, "evaluation", (name,), 2 * size.side)
+            return Group(label, fault, kind, strength, scene, (), 0, "evaluation", (name,), size.side)
 
         kinds = {each.name: each.group for each in FAULTS}
         found += [group("bug", fault, kinds[fault], s, scene) for fault, s, scene in INJECTED]
