@@ -60,7 +60,12 @@ LIMITED = (  # what renderers show at their defaults: limitation, renderer, scen
     ("facet_self_shadow", "mitsuba", "terminator/bowl"),
     ("quad_split_02", "povray", "texture/uneven_quad"),
     ("quad_split_02", "mitsuba", "texture/uneven_quad"),
-)
+    *((name, who, scene) for who in RENDERERS for name, scene in (
+        ("facet_self_reflection", "terminator/mirror_sphere"),
+        ("coincident_surfaces", "visibility/coincident_spheres"),
+        ("coarse_uv", "texture/simplified"),
+    )),
+)  # fmt: skip
 CLEAN = ("calibration/card", "texture/perspective_floor", "separation/cutoff", "mirror/corner", "phong/floor_lobes")
 
 
