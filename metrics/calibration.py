@@ -17,7 +17,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.causes import encoded, find_scale, find_shifts, zoomed
+from notabug.metrics.causes import encoded, find_scale, find_shifts, shifted, zoomed
 from notabug.metrics.valid import invalid
 from notabug.references.tracer.envelope import Envelope
 
@@ -180,7 +180,7 @@ def _place(mean: Floats, value: Floats) -> tuple[tuple[float, float], float, Flo
     scaled = value * gain
     tried: list[tuple[float, tuple[float, float], float, Floats]] = [(_misfit(mean, scaled), (0.0, 0.0), 1.0, value)]
     for dx, dy in find_shifts(mean, scaled):
-        moved = ndimage.shift(value, (dy, dx, 0), order=1, mode="nearest")
+        moved = shifted(value, dx, dy)
         tried.append((_misfit(mean, moved * gain), (dx, dy), 1.0, moved))
     scale = find_scale(mean, scaled)
     if scale is not None:

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.noise import Measured
@@ -82,7 +81,7 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
         yield _cause(
             "pixel_shift",
             f"the picture is shifted by ({dx:+.2f}, {dy:+.2f}) pixels (right, down)",
-            lambda a, dx=dx, dy=dy: ndimage.shift(a, (dy, dx, 0), order=1, mode="nearest"),  # type: ignore[misc]
+            lambda a, dx=dx, dy=dy: shifted(a, dx, dy),  # type: ignore[misc]
         )
     scale = find_scale(mean, to.value)
     if scale is not None:
@@ -101,8 +100,17 @@ def gain_message(gain: float) -> str:
     return f"gain {gain:.4f}: every value is multiplied by it"
 
 
+def shifted(picture: Floats, dx: float, dy: float) -> Floats:
+    """``picture`` (h, w, c) moved by pixels to the right and down, bilinear, what is outside as the nearest inside."""
+    from scipy import ndimage
+
+    return np.asarray(ndimage.shift(picture, (dy, dx, 0), order=1, mode="nearest"))
+
+
 def zoomed(picture: Floats, scale: float, step: int = 1) -> Floats:
     """``picture`` (h, w, c) larger by ``scale`` about its centre, bilinear, black outside: every ``step``-th pixel."""
+    from scipy import ndimage
+
     h, w, channels = picture.shape
     offset = [(h - 1) / 2 * (1 - 1 / scale), (w - 1) / 2 * (1 - 1 / scale), 0.0]
     shape = (-(-h // step), -(-w // step), channels)
@@ -134,6 +142,7 @@ def _gamma(mean: Floats, value: Floats, bright: float) -> float | None:
 
 def find_shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
     """Shifts (right, down) in pixels worth trying, by phase correlation: to the pixel, and to a twentieth."""
+    from scipy import ndimage
     from skimage.registration import phase_cross_correlation
 
     # of the gradients: the border that a shift brings in would pull smooth shading towards no shift at all

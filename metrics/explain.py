@@ -13,7 +13,6 @@ from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import Admissible, residual
@@ -293,6 +292,8 @@ def _grained(
     but still deviations; in blots neighbours deviate alike, and under another light half of all pixels do as those
     around them: where alpha holds ``shares``, not only 0 and 1.
     """
+    from scipy import ndimage
+
     found = explained(measured, base, *values)
     _, alpha, within, _ = found
     count = np.maximum(ndimage.uniform_filter(within.astype(np.float64), 5, mode="constant"), 1e-9)

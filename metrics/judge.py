@@ -8,7 +8,6 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics import perceive as eye
@@ -232,6 +231,8 @@ def _limitations(found: Explanation) -> tuple[Finding, ...]:
 
 def regions(mask: Bools) -> tuple[tuple[int, int, int, int], ...]:
     """The boxes of the parts of ``mask`` (h, w), parts closer than four pixels taken as one, largest first."""
+    from scipy import ndimage
+
     labels, _ = ndimage.label(widened(mask, 2))
     labels = labels * mask
     found = []

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from notabug.metrics.channels import spread
 
@@ -55,6 +54,8 @@ def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured
     seeds = len(stack)
     if all(np.array_equal(each, stack[0]) for each in stack[1:]):
         return Measured(mean, np.zeros_like(mean), np.inf, 1.0, 1)
+    from scipy import ndimage
+
     off = stack - mean
     own = np.square(off, out=off).sum(axis=0) / (seeds * (seeds - 1))
     pooled = ndimage.uniform_filter(own, size=(5, 5, 1), mode="nearest")

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import special
 
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import largest, spread
@@ -119,6 +118,8 @@ def _faint(sums: Sequence[Floats], measured: Measured, side: int) -> tuple[Bools
 
 def _chance(z: Floats, freedom: float) -> Floats:
     """The chance of ``z``, the largest of three channels, under no more than noise; where it is zero, 1."""
+    from scipy import special
+
     chance = np.ones(z.shape)
     beyond = z > 0
     chance[beyond] = np.minimum(1.0, CHANNELS * special.stdtr(freedom, -z[beyond]))
