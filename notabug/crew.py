@@ -137,6 +137,7 @@ class Processes:
                     yield index, future.result()
             if broken:
                 suspects.extend(running.values())
+                self._end_processes()  # the pool ends those it knows, and waits for one that starts just then too
                 self._close()
                 return
 
@@ -147,6 +148,10 @@ class Processes:
             places = context.Semaphore(self.at_once)
             self._pool = ProcessPoolExecutor(self._hands, context, _begin, (self._threads, places))
         return self._pool
+
+    def _end_processes(self) -> None:
+        for each in list((getattr(self._pool, "_processes", None) or {}).values()):
+            each.terminate()
 
     def _close(self) -> None:
         if self._pool is not None:
@@ -159,9 +164,8 @@ class Processes:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if error is not None and self._pool is not None:  # interrupted: what is in hand is dropped, renderers end
-            for each in list((getattr(self._pool, "_processes", None) or {}).values()):
-                each.terminate()
+        if error is not None:  # interrupted: what is in hand is dropped, renderers end
+            self._end_processes()
         self._close()
 
 
