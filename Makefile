@@ -34,7 +34,7 @@ browser: .venv/installed
 	@test -e .venv/browser || { .ci/browser && touch .venv/browser; } || true
 
 test: setup browser
-	$(BIN)/pytest -n auto --dist worksteal $(ARGS)
+	$(BIN)/pytest -n auto $(ARGS)
 
 lint: .venv/installed
 	$(BIN)/ruff format --check .

@@ -238,8 +238,7 @@ def test_a_changed_scene_is_a_bug(
 ) -> None:
     """The list of real detections in METRICS.md."""
     by, change, names = CHANGES[name]
-    whole = studio.scene("terminator/sphere", tessellation="24x12")
-    adapter, scene = _adapter(by, request), replace(whole, width=128, height=128)
+    adapter, scene = _adapter(by, request), studio.scene("terminator/sphere", tessellation="24x12")
     verdict = verdict_of(adapter, scene, change(scene))
     bug = verdict.findings[0] if verdict.findings else None
     pixels = verdict.numbers["bug_pixels"]

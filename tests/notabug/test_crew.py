@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import concurrent.futures.process
 import json
-import multiprocessing.process
 import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -51,28 +48,6 @@ def test_a_process_that_is_killed_once_costs_nothing(tmp_path: Path) -> None:
     mark = tmp_path / "mark"
     once = f"'again' if __import__('os').path.exists({str(mark)!r}) else (open({str(mark)!r}, 'w').close(), {DIE})"
     assert done(2, ["1", once, "3"]) == {0: 1, 1: "again", 2: 3}
-
-
-def test_a_broken_pool_waits_for_no_process_that_it_did_not_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It ends those that it knows and then waits for all: for one that has come in between it would wait for ever."""
-    manager = concurrent.futures.process._ExecutorManagerThread  # type: ignore[attr-defined]
-    end = multiprocessing.process.BaseProcess.terminate
-
-    def misses(self: Any) -> None:
-        if not isinstance(threading.current_thread(), manager):
-            end(self)
-
-    monkeypatch.setattr(multiprocessing.process.BaseProcess, "terminate", misses)
-    monkeypatch.setattr(manager, "shutdown_workers", lambda self: None)
-    found: dict[int, Any] = {}
-    crew = Processes(2, 1)
-    work = threading.Thread(target=lambda: found.update(crew.each(eval, ["1", DIE])), daemon=True)
-    work.start()
-    work.join(60)
-    assert not work.is_alive()
-    assert (found[0], type(found[1])) == (1, NotabugError)
-    monkeypatch.undo()
-    crew._close()
 
 
 def _at_work(deed: str, path: Path) -> str:
