@@ -137,7 +137,6 @@ class Processes:
                     yield index, future.result()
             if broken:
                 suspects.extend(running.values())
-                self._end_processes()  # the pool ends those it knows, and waits for one that starts just then too
                 self._close()
                 return
 
@@ -146,12 +145,12 @@ class Processes:
             context = multiprocessing.get_context(prepare())
             # a new pool has new places: a process that was killed may have had one
             places = context.Semaphore(self.at_once)
-            self._pool = ProcessPoolExecutor(self._hands, context, _begin, (self._threads, places))
+            pool: Any = ProcessPoolExecutor(self._hands, context, _begin, (self._threads, places))
+            # All start with the first job, not each with a job of its own: a pool that breaks while one starts either
+            # waits for it for ever or fails in `submit`, as its queue is closed.
+            pool._safe_to_dynamically_spawn_children = False
+            self._pool = pool
         return self._pool
-
-    def _end_processes(self) -> None:
-        for each in list((getattr(self._pool, "_processes", None) or {}).values()):
-            each.terminate()
 
     def _close(self) -> None:
         if self._pool is not None:
@@ -164,8 +163,9 @@ class Processes:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if error is not None:  # interrupted: what is in hand is dropped, renderers end
-            self._end_processes()
+        if error is not None and self._pool is not None:  # interrupted: what is in hand is dropped, renderers end
+            for each in list((getattr(self._pool, "_processes", None) or {}).values()):
+                each.terminate()
         self._close()
 
 
