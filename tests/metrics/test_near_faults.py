@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 from unittest import mock
 
@@ -14,7 +13,6 @@ from notabug.adapters.base import Declaration, Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.adapters.zbuffer import ZBuffer
 from notabug.metrics.channels import pixels, put
-from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.scene import Mesh, Scene
 
 CENTRES = Quality(samples=1)
@@ -110,13 +108,12 @@ def test_dots_where_no_epsilon_helps_are_a_limitation_and_a_band_is_a_bug(studio
         assert studio.verdict([np.where(band[..., None], shade * picture, picture)], scene, FLOAT32).word == "bug"
 
 
-def test_what_facets_explain_is_not_called_dots(studio: Any, tmp_path: Path) -> None:
+def test_what_facets_explain_is_not_called_dots(studio: Any) -> None:
     """Each would do by itself; the facets leave less open, and say where."""
     scene = small(studio.scene("acne/sphere", camera_distance="1e3"))
     inhouse = InHouse()
-    pictures = [read_picture(each.image).pixels for each in inhouse.render(scene, tmp_path, NOISY)]
     declaration = replace(inhouse.declaration(NOISY), precision="float32", hit_error=2.0**-24)
-    found = studio.verdict(pictures, scene, declaration)
+    found = studio.verdict(studio.draw(inhouse, scene, NOISY), scene, declaration)
     assert (found.word, [each.name for each in found.findings]) == ("limitation", ["facet_self_shadow"])
 
 
