@@ -383,8 +383,6 @@ def explain(
         found = fit(measured, chosen, predict)
         if not found.triggers:
             enough.append(found)
-            if len(chosen) > 1:
-                break
         elif found.significance.excess < 0.9 * best.significance.excess:
             best = found
     if enough:  # dots may fill a facet as well: the models that could explain the least else
