@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import product
 from pathlib import Path
-from types import MappingProxyType
 
 from notabug.adapters.base import Adapter
 from notabug.scenes_usd import catalogue
 from notabug.scenes_usd.errors import NotabugError, SelectionError
-from notabug.scenes_usd.reader import SUFFIXES, find, scene_id
+from notabug.scenes_usd.reader import SUFFIXES, find, look_through
 from notabug.scenes_usd.scene import Scene
 
 ALL = "all"
@@ -72,19 +71,16 @@ def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_
     sources = list(dict.fromkeys(source for word in scenes or ["*"] for source in _sources(word)))
     if not sources:
         raise NothingSelectedError("no scene matches", got=" ".join(scenes), do="see `notabug list scenes`")
+    look_through(sources)
+    entries = {source: catalogue.read_entry(find(source)) for source in sources}
+    sets = {source: _sets(entries[source], wanted) for source in sources}
     choices: dict[tuple[str, frozenset[tuple[str, str]]], Choice] = {}
-    unused = {name: set(values) - {ALL} for name, values in wanted.items()}
-    absent = set(wanted)
-    for source in sources:
-        sets, defaults = _sets(source, wanted), catalogue.read_entry(find(source)).defaults
-        here = {name: values for name, values in wanted.items() if name in sets}
-        absent -= here.keys()
-        for name in here:
-            unused[name] -= set(sets[name])
-        for variants in _combinations(sets, here, every_variant):
-            full = frozenset({**defaults, **variants}.items())  # a default that is named is no other choice
-            choices.setdefault((source, full), _choice(source, variants))
-    _refuse(sources, absent, unused)
+    for source, entry in entries.items():
+        here = {name: values for name, values in wanted.items() if name in sets[source]}
+        for variants in _combinations(sets[source], here, every_variant):
+            full = frozenset({**entry.defaults, **variants}.items())  # a default that is named is no other choice
+            choices.setdefault((source, full), _choice(source, entry, variants))
+    _refuse(list(sets.values()), wanted)
     return list(choices.values())
 
 
@@ -122,13 +118,12 @@ def _sources(word: str) -> list[str]:
     )
 
 
-def _sets(source: str, wanted: Mapping[str, Sequence[str]] = MappingProxyType({})) -> dict[str, tuple[str, ...]]:
+def _sets(entry: catalogue.Entry, wanted: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
     """Variant set -> its variants.
 
     A file from outside the corpus may bring sets by composition, which its own layer does not show: there a wanted
     name is passed on, and reading the scene says whether it exists.
     """
-    entry = catalogue.read_entry(find(source))
     sets = dict(entry.variants)
     if "/" not in entry.id:
         for name, values in wanted.items():
@@ -155,22 +150,21 @@ def _combinations(
     ] or picked
 
 
-def _choice(source: str, variants: Mapping[str, str]) -> Choice:
-    path = find(source)
-    name = scene_id(path)
-    if "/" in name:
-        return Choice(name, name, variants)
-    tag = hashlib.blake2b(str(path).encode("utf-8", "surrogateescape"), digest_size=3).hexdigest()
-    return Choice(str(Path(source)), name, variants, folder=f"own/{name}-{tag}")
+def _choice(source: str, entry: catalogue.Entry, variants: Mapping[str, str]) -> Choice:
+    if "/" in entry.id:
+        return Choice(entry.id, entry.id, variants)
+    tag = hashlib.blake2b(str(entry.path).encode("utf-8", "surrogateescape"), digest_size=3).hexdigest()
+    return Choice(str(Path(source)), entry.id, variants, folder=f"own/{entry.id}-{tag}")
 
 
-def _refuse(sources: Sequence[str], absent: Iterable[str], unused: Mapping[str, Iterable[str]]) -> None:
-    for name in sorted(absent):
-        known = sorted({each for source in sources for each in _sets(source)})
-        raise SelectionError(f"no selected scene has the variant set {name!r}", expected=f"one of {', '.join(known)}")
-    for name, values in unused.items():
-        for value in sorted(values):
-            known = list(dict.fromkeys(v for source in sources for v in _sets(source).get(name, ())))
+def _refuse(sets: Sequence[Mapping[str, Sequence[str]]], wanted: Mapping[str, Sequence[str]]) -> None:
+    """Raise SelectionError for a wanted set or variant that none of the scenes' ``sets`` has."""
+    names = sorted({name for each in sets for name in each})
+    for name in sorted(wanted.keys() - set(names)):
+        raise SelectionError(f"no selected scene has the variant set {name!r}", expected=f"one of {', '.join(names)}")
+    for name, values in wanted.items():
+        known = list(dict.fromkeys(value for each in sets for value in each.get(name, ())))
+        for value in sorted(set(values) - {ALL, *known}):
             raise SelectionError(
                 f"no selected scene has {name}={value}", expected=f"one of {', '.join(known)} or {ALL}"
             )

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.scene import Scene
-from notabug.scenes_usd.untrusted import check_scene
+from notabug.scenes_usd.untrusted import check_scenes
 
 CORPUS = Path(__file__).resolve().parent
 SUFFIXES = (".usda", ".usdc", ".usd", ".usdz")
@@ -33,7 +33,7 @@ def find(source: str | Path) -> Path:
     if path.suffix in SUFFIXES:
         if not path.is_file():
             raise SceneError("no such file", where=str(source), do="check the path")
-        check_scene(path.resolve())
+        check_scenes([path.resolve()])
         return path.resolve()
     corpus = CORPUS / f"{source}.usda"
     if isinstance(source, str) and len(path.parts) == 2 and ".." not in path.parts and corpus.is_file():
@@ -42,6 +42,12 @@ def find(source: str | Path) -> Path:
     raise SelectionError(
         f"no scene called {str(source)!r}", expected=f"one of {known}, or the path of a {', '.join(SUFFIXES)} file"
     )
+
+
+def look_through(sources: Iterable[str]) -> None:
+    """Have the scenes among ``sources`` that are files checked together: one by one it takes a process for each."""
+    files = (Path(each) for each in sources if each.endswith(SUFFIXES))
+    check_scenes(each.resolve() for each in files if each.is_file())
 
 
 def scene_id(path: Path) -> str:

@@ -75,56 +75,54 @@ class Materials:
         return self._preview(material, _surface(material, universal, PREVIEW))
 
     def _preview(self, material: UsdShade.Material, shader: UsdShade.Shader) -> Material:
-        prim = shader.GetPrim()
         known = {"diffuseColor", "opacity", *_PREVIEW_IDLE, *(name for name, _, _ in _PREVIEW_ONLY)}
-        _refuse_unknown(shader, known)
+        inputs = Inputs(shader, known)
         for name, fallback, only in _PREVIEW_ONLY:
-            found = _constant(shader, name, fallback)
+            found = inputs.constant(name, fallback)
             same = tuple(found) == only if isinstance(only, tuple) else found == only
             if not same:
                 raise fault(
-                    prim,
+                    inputs.prim,
                     f"inputs:{name}",
                     "the contract cannot say this",
                     expected=str(only),
                     got=str(found),
                     do=f"bind a {REFLECTION} shader on outputs:{CONTEXT}:surface for highlights, mirrors and glass",
                 )
-        texture, diffuse = self._diffuse(shader)
-        opacity = check_number(prim, "inputs:opacity", _constant(shader, "opacity", 1.0), low=0.0, high=1.0)
+        texture, diffuse = self._diffuse(inputs)
+        opacity = check_number(inputs.prim, "inputs:opacity", inputs.constant("opacity", 1.0), low=0.0, high=1.0)
         return Material(str(material.GetPath()), diffuse, texture, opacity=opacity)
 
     def _reflection(self, material: UsdShade.Material, shader: UsdShade.Shader) -> Material:
-        prim = shader.GetPrim()
-        _refuse_unknown(shader, set(_REFLECTION_INPUTS))
-        texture, diffuse = self._diffuse(shader)
-        lobe = str(_constant(shader, "lobe", "phong"))
+        inputs = Inputs(shader, set(_REFLECTION_INPUTS))
+        texture, diffuse = self._diffuse(inputs)
+        lobe = str(inputs.constant("lobe", "phong"))
         if lobe not in ("phong", "blinn"):
-            raise fault(prim, "inputs:lobe", "unknown lobe", expected="phong or blinn", got=lobe)
-        weighted = _constant(shader, "cosineWeighted", False)
+            raise fault(inputs.prim, "inputs:lobe", "unknown lobe", expected="phong or blinn", got=lobe)
+        weighted = inputs.constant("cosineWeighted", False)
         if not isinstance(weighted, bool):
-            raise fault(prim, "inputs:cosineWeighted", "not a bool", got=repr(weighted))
+            raise fault(inputs.prim, "inputs:cosineWeighted", "not a bool", got=repr(weighted))
         return Material(
             str(material.GetPath()),
             diffuse,
             texture,
-            specular=_colour(shader, "specularColor", high=math.inf),
-            exponent=_number(shader, "exponent", low=0.0),
+            specular=inputs.colour("specularColor", high=math.inf),
+            exponent=inputs.number("exponent", low=0.0),
             lobe="phong" if lobe == "phong" else "blinn",
             cosine_weighted=weighted,
-            mirror=_colour(shader, "mirror"),
-            transmission=_colour(shader, "transmission"),
-            ior=_number(shader, "ior", low=1e-3),
+            mirror=inputs.colour("mirror"),
+            transmission=inputs.colour("transmission"),
+            ior=inputs.number("ior", low=1e-3),
         )
 
-    def _diffuse(self, shader: UsdShade.Shader) -> tuple[int, Colour]:
+    def _diffuse(self, inputs: Inputs) -> tuple[int, Colour]:
         """(texture index, or -1 and the constant colour)."""
         fallback = (0.18, 0.18, 0.18)
-        source = _source(shader, "diffuseColor")
+        source = inputs.source("diffuseColor")
         if source is not None and UsdShade.Utils.GetType(source.GetName()) == UsdShade.AttributeType.Output:
-            return self._textures.index(shader.GetPrim(), "inputs:diffuseColor", source), (1.0, 1.0, 1.0)
-        found = _constant(shader, "diffuseColor", fallback)
-        return -1, check_colour(shader.GetPrim(), "inputs:diffuseColor", found)
+            return self._textures.index(inputs.prim, "inputs:diffuseColor", source), (1.0, 1.0, 1.0)
+        found = inputs.constant("diffuseColor", fallback)
+        return -1, check_colour(inputs.prim, "inputs:diffuseColor", found)
 
 
 def _surface(material: UsdShade.Material, output: UsdShade.Output, expected: str) -> UsdShade.Shader:
@@ -137,48 +135,47 @@ def _surface(material: UsdShade.Material, output: UsdShade.Output, expected: str
     return shader
 
 
-def _refuse_unknown(shader: UsdShade.Shader, known: set[str]) -> None:
-    for each in shader.GetInputs():
-        name = str(each.GetBaseName())
-        if name not in known:
-            expected = f"one of {', '.join(sorted(known))}"
-            raise fault(shader.GetPrim(), f"inputs:{name}", "unknown input", expected=expected)
+class Inputs:
+    """The inputs of a shader that are authored, by name; raises SceneError for one that is not ``known``."""
 
+    def __init__(self, shader: UsdShade.Shader, known: set[str]) -> None:
+        self.prim = shader.GetPrim()
+        self._authored = {str(each.GetBaseName()): each for each in shader.GetInputs()}
+        for name in self._authored:
+            if name not in known:
+                expected = f"one of {', '.join(sorted(known))}"
+                raise fault(self.prim, f"inputs:{name}", "unknown input", expected=expected)
 
-def _source(shader: UsdShade.Shader, name: str) -> Any:
-    """The attribute that gives the input its value, through connections and interfaces; None where nothing does."""
-    given = shader.GetInput(name)
-    sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
-    if len(sources) > 1:
-        raise fault(shader.GetPrim(), f"inputs:{name}", f"{len(sources)} connections", expected="one")
-    return sources[0] if sources else None
+    def source(self, name: str) -> Any:
+        """The attribute that gives the input its value, through connections and interfaces; None where nothing does."""
+        given = self._authored.get(name)
+        sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
+        if len(sources) > 1:
+            raise fault(self.prim, f"inputs:{name}", f"{len(sources)} connections", expected="one")
+        return sources[0] if sources else None
 
+    def constant(self, name: str, fallback: Any) -> Any:
+        """The value of an input that must not be connected to a shader."""
+        source = self.source(name)
+        if source is None:
+            if name in self._authored and self._authored[name].HasConnectedSource():
+                raise fault(self.prim, f"inputs:{name}", "connected to something that has no value")
+            return fallback
+        if UsdShade.Utils.GetType(source.GetName()) == UsdShade.AttributeType.Output:
+            raise fault(
+                self.prim,
+                f"inputs:{name}",
+                "only diffuseColor may be textured",
+                got=str(source.GetPath()),
+                do="use a constant",
+            )
+        if source.ValueMightBeTimeVarying():
+            raise fault(self.prim, f"inputs:{name}", "the value is animated", expected="one value")
+        found = source.Get(TIME)
+        return fallback if found is None else found
 
-def _constant(shader: UsdShade.Shader, name: str, fallback: Any) -> Any:
-    """The value of an input that must not be connected to a shader."""
-    source = _source(shader, name)
-    if source is None:
-        given = shader.GetInput(name)
-        if given and given.HasConnectedSource():
-            raise fault(shader.GetPrim(), f"inputs:{name}", "connected to something that has no value")
-        return fallback
-    if UsdShade.Utils.GetType(source.GetName()) == UsdShade.AttributeType.Output:
-        raise fault(
-            shader.GetPrim(),
-            f"inputs:{name}",
-            "only diffuseColor may be textured",
-            got=str(source.GetPath()),
-            do="use a constant",
-        )
-    if source.ValueMightBeTimeVarying():
-        raise fault(shader.GetPrim(), f"inputs:{name}", "the value is animated", expected="one value")
-    found = source.Get(TIME)
-    return fallback if found is None else found
+    def number(self, name: str, *, low: float) -> float:
+        return check_number(self.prim, f"inputs:{name}", self.constant(name, 1.0), low=low)
 
-
-def _number(shader: UsdShade.Shader, name: str, *, low: float) -> float:
-    return check_number(shader.GetPrim(), f"inputs:{name}", _constant(shader, name, 1.0), low=low)
-
-
-def _colour(shader: UsdShade.Shader, name: str, *, high: float = 1.0) -> Colour:
-    return check_colour(shader.GetPrim(), f"inputs:{name}", _constant(shader, name, (0.0, 0.0, 0.0)), high=high)
+    def colour(self, name: str, *, high: float = 1.0) -> Colour:
+        return check_colour(self.prim, f"inputs:{name}", self.constant(name, (0.0, 0.0, 0.0)), high=high)

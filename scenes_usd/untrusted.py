@@ -3,7 +3,7 @@
 Two fences. A scene may name only files below its own folder: layers, payloads, textures. And it is first read in a
 child process with a limit of time and of memory, since nesting without end, arrays without end and prims that double
 at each level end OpenUSD's parser or this process before any check could. A scene that has passed is remembered by its
-contents.
+contents and by the states of the layers that it names.
 
 ``NOTABUG_TRUST`` names a folder (or several, as in PATH) whose scenes pass both fences unseen.
 """
@@ -11,10 +11,11 @@ contents.
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import subprocess
 import sys
-from functools import lru_cache
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ SECONDS = 30  # of processor time in the child, and twice as many on the clock
 MEMORY = 4 << 30  # bytes of address space in the child
 FILE = 256 << 20  # bytes of one layer
 LAYERS = 256
-LOOKED_AT = 5000  # files beside a scene
+TOGETHER = 32  # scenes that one child reads
 
 
 def is_trusted(path: Path) -> bool:
@@ -35,29 +36,41 @@ def is_trusted(path: Path) -> bool:
     return any(path.is_relative_to(each) for each in (corpus, *named))
 
 
-def check_scene(path: Path) -> None:
-    """Raise SceneError where reading ``path``, which is resolved, would harm; by a child, unless it is known."""
-    if not is_trusted(path):
-        seen = path.stat()
-        _read_once(path, seen.st_size, seen.st_mtime_ns)
+def check_scenes(paths: Iterable[Path]) -> None:
+    """Raise SceneError where reading one of ``paths``, which are resolved, would harm.
+
+    What is not known from before is read by a child: one for many of them, which takes little longer than one for each
+    takes to start. Where that goes wrong each is read by a child of its own, which tells the one at fault.
+    """
+    unknown = [path for path in dict.fromkeys(paths) if not is_trusted(path) and not _is_known(path)]
+    for start in range(0, len(unknown), TOGETHER):
+        part = unknown[start : start + TOGETHER]
+        if len(part) == 1 or _read_by_child(part):
+            for path in part:
+                _read_alone(path)
 
 
-@lru_cache(maxsize=4096)
-def _read_once(path: Path, _size: int, _changed: int) -> None:
-    """Let a child read ``path`` unless its mark is there; asked once for each state of the file."""
+def _is_known(path: Path) -> bool:
+    """Whether ``path`` passed before as it is now, in this process or, with the layers that it names, in another."""
+    now = _state(path)
+    if _passed.get(path) == now:
+        return True
     _check_size(path)
-    mark = _mark(path)
-    if mark is not None and mark.is_file():
-        return
-    command = [sys.executable, "-P", "-m", "notabug.scenes_usd.untrusted_child", str(path)]
     try:
-        ended = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, timeout=2 * SECONDS, cwd=path.parent, check=False
-        )
-        got = f"exit state {ended.returncode}" if ended.returncode else ""
-    except subprocess.TimeoutExpired:
-        got = f"no end after {2 * SECONDS} s"
-    if got:
+        layers = json.loads(_mark(path).read_text(encoding="utf-8"))
+        known = all(_state(Path(name)) == state for name, state in layers.items())
+    except (OSError, ValueError, AttributeError):
+        return False
+    if known:
+        _passed[path] = now
+    return known
+
+
+_passed: dict[Path, list[int] | None] = {}
+
+
+def _read_alone(path: Path) -> None:
+    if got := _read_by_child([path]):
         raise SceneError(
             "reading this file ends its reader: nested too deep, or too large",
             where=str(path),
@@ -65,13 +78,41 @@ def _read_once(path: Path, _size: int, _changed: int) -> None:
             got=got,
             do=f"make it smaller; or set {TRUST} to its folder where you trust it",
         )
-    if mark is not None:
+
+
+def _read_by_child(paths: Sequence[Path]) -> str:
+    """What went wrong where a child read ``paths``, or "": then they are remembered."""
+    before = [(_state(path), _mark(path)) for path in paths]
+    command = [sys.executable, "-P", "-m", "notabug.scenes_usd.untrusted_child", *map(str, paths)]
+    try:
+        ended = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=2 * SECONDS,
+            cwd=paths[0].parent,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return f"no end after {2 * SECONDS} s"
+    lines = ended.stdout.decode("utf-8", "replace").splitlines()
+    if ended.returncode or len(lines) != len(paths):
+        return f"exit state {ended.returncode}"
+    for path, (state, mark), line in zip(paths, before, lines, strict=True):
         mark.parent.mkdir(parents=True, exist_ok=True)
-        mark.touch()
+        mark.write_text(json.dumps({name: _state(Path(name)) for name in json.loads(line)}), encoding="utf-8")
+        _passed[path] = state
+    return ""
 
 
 def check_layers(path: Path) -> None:
     """Raise SceneError where the layers of ``path`` name files outside its folder. Layers are opened, not composed."""
+    for _ in layers_of(path):
+        pass
+
+
+def layers_of(path: Path) -> Iterator[Path]:
+    """The files that ``path`` is composed of, itself first, there or not; raises as ``check_layers`` does."""
     from pxr import Sdf, Tf
 
     root = path.parent
@@ -84,6 +125,7 @@ def check_layers(path: Path) -> None:
         if len(seen) > LAYERS:
             raise SceneError("too many layers", where=str(path), expected=f"at most {LAYERS}")
         outer = Path(_outer(name))
+        yield outer
         if not outer.is_file():
             continue  # composing says so
         check_inside(outer, root, where=str(path))
@@ -128,24 +170,20 @@ def _check_size(path: Path) -> None:
         raise SceneError("the file is too large", where=str(path), expected=f"at most {FILE >> 20} MiB", got=str(size))
 
 
-def _mark(path: Path) -> Path | None:
-    """A file in the cache that stands for ``path`` with the contents that it and its folder have now.
+def _state(path: Path) -> list[int] | None:
+    """What tells one state of a file from another; None where it is not there."""
+    try:
+        seen = path.stat()
+    except OSError:
+        return None
+    return [seen.st_size, seen.st_mtime_ns]
 
-    None where the folder holds so much that looking through it would take longer than reading the scene.
-    """
+
+def _mark(path: Path) -> Path:
+    """The file in the cache that holds the states of the layers with which ``path``, as it is now, has passed."""
     import platformdirs
 
     state: Any = hashlib.blake2b(path.read_bytes(), digest_size=16)
     state.update(str(path).encode("utf-8", "surrogateescape"))
-    count = 0
-    for inner, folders, files in os.walk(path.parent):
-        count += len(files) + len(folders)
-        if count > LOOKED_AT:
-            return None
-        folders.sort()
-        for name in sorted(files):
-            if name.endswith((".usd", ".usda", ".usdc", ".usdz")):
-                seen = (Path(inner) / name).lstat()
-                state.update(f"{inner}/{name} {seen.st_size} {seen.st_mtime_ns}".encode("utf-8", "surrogateescape"))
     cache = Path(os.environ.get("NOTABUG_CACHE") or platformdirs.user_cache_dir("notabug"))
     return cache / "scenes" / str(state.hexdigest())

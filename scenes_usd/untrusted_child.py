@@ -1,32 +1,40 @@
-"""The process in which a scene of unknown making is read first: ``python -m notabug.scenes_usd.untrusted_child FILE``.
+"""The process in which scenes of unknown making are read first.
 
-It ends with 0 where the scene was read or refused by name: the process that asks will then do the same. Anything else,
-a crash, a signal or no end, is the answer.
+``python -m notabug.scenes_usd.untrusted_child FILE...`` ends with 0 where each scene was read or refused by name: the
+process that asks will then do the same. Anything else, a crash, a signal or no end, is the answer. For each scene it
+prints a line, a JSON list of the layers that it looked at.
 """
 
 from __future__ import annotations
 
 import contextlib
+import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from notabug.scenes_usd.errors import NotabugError
-from notabug.scenes_usd.untrusted import MEMORY, SECONDS, check_layers
+from notabug.scenes_usd.untrusted import MEMORY, SECONDS, layers_of
 
 
-def main(path: Path) -> None:
+def main(paths: Sequence[Path]) -> None:
     with contextlib.suppress(ImportError, ValueError):  # not everywhere
         import resource
 
         resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1))
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    with contextlib.suppress(NotabugError):
-        check_layers(path)
-        from notabug.scenes_usd.reader_stage import read_stage
+    for path in paths:
+        layers: list[str] = []
+        with contextlib.suppress(NotabugError):
+            for layer in layers_of(path):
+                layers.append(str(layer))
+            from notabug.scenes_usd.reader_stage import read_stage
 
-        read_stage(path, path.stem, {})
+            read_stage(path, path.stem, {})
+        sys.stdout.write(json.dumps(layers) + "\n")
+        sys.stdout.flush()
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main([Path(each) for each in sys.argv[1:]])

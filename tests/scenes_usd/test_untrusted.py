@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import notabug.scenes_usd.untrusted as untrusted
 from notabug.scenes_usd.errors import NotabugError, SceneError
-from notabug.scenes_usd.reader import find, read_scene
+from notabug.scenes_usd.reader import find, look_through, read_scene
 
 BASE = find("calibration/plain_card").read_text(encoding="utf-8")
 CARD = find("calibration/card").read_text(encoding="utf-8")
@@ -26,7 +26,7 @@ def _distrust(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def unfenced(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the child, for tests of what this process checks itself."""
-    monkeypatch.setattr("notabug.scenes_usd.reader.check_scene", lambda path: None)
+    monkeypatch.setattr("notabug.scenes_usd.reader.check_scenes", lambda paths: None)
 
 
 @pytest.fixture
@@ -55,8 +55,15 @@ def test_a_scene_of_ones_own_is_read_and_then_remembered(
         raise AssertionError("read again in a child")
 
     monkeypatch.setattr(subprocess, "run", never)
-    untrusted._read_once.cache_clear()  # as in another process
+    untrusted._passed.clear()  # as in another process
     read_scene(path)
+    untrusted._passed.clear()
+    (path.parent / "another.usda").write_text("")  # not of the scene
+    read_scene(path)
+    (path.parent / "inside.usda").write_text((path.parent / "inside.usda").read_text() + "\n")
+    untrusted._passed.clear()
+    with pytest.raises(AssertionError, match="read again"):
+        read_scene(path)
     path.write_text(path.read_text() + "\n")
     with pytest.raises(AssertionError, match="read again"):
         read_scene(path)
@@ -117,6 +124,32 @@ def test_a_trusted_folder_passes(write: Callable[[str], Path], monkeypatch: pyte
 def test_nesting_without_end_ends_only_the_child(text: str, write: Callable[[str], Path]) -> None:
     with pytest.raises(SceneError, match="nested too deep"):
         read_scene(write(text))
+
+
+def test_one_child_reads_many_scenes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path / "cache"))
+    files = [tmp_path / f"{index}.usda" for index in range(3)]
+    for each in files:
+        each.write_text(BASE)
+    started, run = [], subprocess.run
+    monkeypatch.setattr(subprocess, "run", lambda *words, **how: started.append(words) or run(*words, **how))
+    look_through([str(each) for each in files])
+    assert len(started) == 1
+    for each in files:
+        assert read_scene(each).objects
+    assert len(started) == 1
+
+
+def test_of_many_scenes_the_one_that_ends_its_reader_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path / "cache"))
+    files = [tmp_path / f"{index}.usda" for index in range(3)]
+    for each in files:
+        each.write_text(BASE)
+    files[1].write_text(BASE + 'def Xform "a"\n{\n' * 20_000 + "}\n" * 20_000)
+    with pytest.raises(SceneError, match="nested too deep") as caught:
+        look_through([str(each) for each in files])
+    assert str(files[1]) in str(caught.value)
+    assert read_scene(files[2]).objects
 
 
 def test_a_file_without_end_is_not_opened(write: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch) -> None:
