@@ -23,7 +23,7 @@ Job = TypeVar("Job")
 Made = TypeVar("Made")
 GRACE = 5.0  # seconds in which a process that is told to end must have done so
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
-_NEEDED = ("notabug.run", "notabug.scenes_usd.reader_stage", "OpenImageIO")
+_NEEDED = "notabug.preload"
 JOBS_PER_PROCESS = 4  # a process takes some seconds to start: with fewer jobs for it, it is not worth starting
 
 
@@ -179,7 +179,7 @@ def prepare(*more: str) -> str:
         return "spawn"
     from multiprocessing import forkserver
 
-    forkserver.set_forkserver_preload([*_NEEDED, *more])
+    forkserver.set_forkserver_preload([_NEEDED, *more])
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(_ONE_THREAD)
     try:

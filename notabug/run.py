@@ -373,10 +373,13 @@ def _kept(folder: Path, key: str, out: Path) -> Result | None:
 def _keys(scene: Scene, adapter: Adapter, found: Found, quality: Quality) -> dict[str, str]:
     """What a picture and what a result depend on, as text."""
     made = [scene.digest(), adapter.name, found.version, found.key, quality.samples, list(quality.seeds)]
-    return {
-        "render": json.dumps([*made, fingerprint("scenes_usd", "adapters")]),
-        "result": json.dumps([*made, fingerprint("scenes_usd", "references", "adapters", "metrics")]),
-    }
+    return {name: json.dumps([*made, code]) for name, code in made_by().items()}
+
+
+def made_by() -> dict[str, str]:
+    """The fingerprints of the code that makes a picture, and of that which makes a result of it."""
+    floors = {"render": ("scenes_usd", "adapters"), "result": ("scenes_usd", "references", "adapters", "metrics")}
+    return {name: fingerprint(*each) for name, each in floors.items()}
 
 
 def _load(path: Path) -> dict[str, Any]:

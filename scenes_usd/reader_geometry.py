@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from notabug.scenes_usd.reader_polygons import check_polygons
+from notabug.scenes_usd.reader_polygons import Polygons
 from notabug.scenes_usd.reader_values import TIME, fault, integers, number, value, vectors, world_matrix
 from notabug.scenes_usd.scene import Floats, Ints, Mesh, Sphere
 
@@ -20,8 +20,11 @@ def read_sphere(prim: Usd.Prim, material: int) -> Sphere:
     return Sphere(str(prim.GetPath()), radius, material, world_matrix(prim))
 
 
-def read_mesh(prim: Usd.Prim, material: int) -> Mesh:
-    """The mesh at ``prim``: its points in world space, every attribute per corner, counter-clockwise from outside."""
+def read_mesh(prim: Usd.Prim, material: int, polygons: Polygons) -> Mesh:
+    """The mesh at ``prim``: its points in world space, every attribute per corner, counter-clockwise from outside.
+
+    ``polygons`` gathers its faces, which are still to be checked.
+    """
     scheme = value(prim, "subdivisionScheme")
     if scheme != "none":
         raise fault(
@@ -38,7 +41,7 @@ def read_mesh(prim: Usd.Prim, material: int) -> Mesh:
     counts, corners = _topology(prim, len(points))
     normals = _normals(prim, points, counts, corners)
     uv = _corner_primvar(prim, "primvars:st", 2, len(points), counts, corners)
-    check_polygons(prim, points, counts, corners, uv)
+    polygons.add(prim, points, counts, corners, uv)
 
     matrix = world_matrix(prim)
     linear = matrix[:3, :3]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 
 from pxr import Tf, Usd, UsdGeom, UsdLux
@@ -12,6 +13,7 @@ from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.reader_camera import read_camera
 from notabug.scenes_usd.reader_geometry import read_mesh, read_sphere
 from notabug.scenes_usd.reader_light import read_distant, read_point
+from notabug.scenes_usd.reader_polygons import Polygons
 from notabug.scenes_usd.reader_shading import Materials
 from notabug.scenes_usd.reader_texture import Textures
 from notabug.scenes_usd.reader_values import TIME, fault
@@ -47,12 +49,13 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene
     camera, width, height = read_camera(stage)
 
     textures = Textures(None if is_trusted(path) else path.parent)
-    materials = Materials(textures)
+    materials, polygons = Materials(textures), Polygons()
+    mesh = partial(_mesh, materials, textures, polygons)
     objects: list[Object] = []
     lights: list[Light] = []
     for prim in _visible(stage):
         if prim.IsA(UsdGeom.Mesh):
-            objects.append(_mesh(prim, materials, textures))
+            objects.append(mesh(prim))
         elif prim.IsA(UsdGeom.Sphere):
             objects.append(read_sphere(prim, materials.bound_to(prim)))
         elif prim.IsA(UsdLux.SphereLight):
@@ -71,7 +74,8 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene
         raise SceneError("nothing to draw: no visible Mesh or Sphere", where=str(root.GetPath()))
     if not lights:
         raise SceneError("no visible light: every picture would be black", where=str(root.GetPath()))
-    intent = _intent(stage, root, card.intent, objects, materials, textures)
+    intent = _intent(stage, root, card.intent, objects, mesh)
+    polygons.check()
     return Scene(
         id=scene_id,
         path=path,
@@ -162,8 +166,8 @@ def _draws_something(prim: Usd.Prim) -> bool:
     return not registered or prim.IsA(UsdGeom.Imageable) or prim.IsA(UsdGeom.Subset) or prim.HasAPI(UsdLux.LightAPI)
 
 
-def _mesh(prim: Usd.Prim, materials: Materials, textures: Textures) -> Mesh:
-    mesh = read_mesh(prim, materials.bound_to(prim))
+def _mesh(materials: Materials, textures: Textures, polygons: Polygons, prim: Usd.Prim) -> Mesh:
+    mesh = read_mesh(prim, materials.bound_to(prim), polygons)
     texture = materials.found[mesh.material].texture
     if texture >= 0 and mesh.uv is None:
         raise fault(
@@ -176,9 +180,9 @@ def _mesh(prim: Usd.Prim, materials: Materials, textures: Textures) -> Mesh:
 
 
 def _intent(
-    stage: Usd.Stage, root: Usd.Prim, path: str, objects: list[Object], materials: Materials, textures: Textures
+    stage: Usd.Stage, root: Usd.Prim, path: str, objects: list[Object], mesh: Callable[[Usd.Prim], Mesh]
 ) -> Mesh | None:
-    """The guide mesh that the card names, or None."""
+    """The guide mesh that the card names, as ``mesh`` reads it, or None."""
     if not path:
         return None
     where = f"{root.GetPath()}.customData:notabug:intent"
@@ -195,4 +199,4 @@ def _intent(
             expected="drawn prims beside it under a common parent",
             got=path,
         )
-    return _mesh(prim, materials, textures)
+    return mesh(prim)

@@ -110,12 +110,13 @@ def edit_materials(scene: Scene, edit: Callable[[Material], Material]) -> Scene:
 
 def models(scene: Scene) -> Iterator[Model]:
     """Every model that can act on ``scene``, from its content: the files of this folder that define ``models``."""
-    for module in _modules():
+    for module in load():
         yield from module.models(scene)
 
 
 @cache
-def _modules() -> tuple[ModuleType, ...]:
+def load() -> tuple[ModuleType, ...]:
+    """The files of this folder that define ``models``, imported."""
     found = pkgutil.iter_modules(notabug.references.models.__path__)
     names = [each.name for each in found if each.name != "model"]
     return tuple(importlib.import_module(f"notabug.references.models.{name}") for name in names)
