@@ -152,9 +152,9 @@ class Processes:
             self._pool = pool
         return self._pool
 
-    def _close(self) -> None:
+    def _close(self, *, wait: bool = True) -> None:
         if self._pool is not None:
-            self._pool.shutdown(wait=True, cancel_futures=True)
+            self._pool.shutdown(wait=wait, cancel_futures=True)
             self._pool = None
 
     def __enter__(self) -> Processes:
@@ -166,7 +166,7 @@ class Processes:
         if error is not None and self._pool is not None:  # interrupted: what is in hand is dropped, renderers end
             for each in list((getattr(self._pool, "_processes", None) or {}).values()):
                 each.terminate()
-        self._close()
+        self._close(wait=error is not None)  # processes without a job end by themselves
 
 
 def prepare(*more: str) -> str:

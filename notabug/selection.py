@@ -12,7 +12,7 @@ from pathlib import Path
 from notabug.adapters.base import Adapter
 from notabug.scenes_usd import catalogue
 from notabug.scenes_usd.errors import NotabugError, SelectionError
-from notabug.scenes_usd.reader import SUFFIXES, find, look_through
+from notabug.scenes_usd.reader import SUFFIXES, find, look_through, scene_id
 from notabug.scenes_usd.scene import Scene
 
 ALL = "all"
@@ -72,6 +72,8 @@ def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_
     if not sources:
         raise NothingSelectedError("no scene matches", got=" ".join(scenes), do="see `notabug list scenes`")
     look_through(sources)
+    if not (wanted or every_variant):
+        return [_choice(source, find(source), {}) for source in sources]
     entries = {source: catalogue.read_entry(find(source)) for source in sources}
     sets = {source: _sets(entries[source], wanted) for source in sources}
     choices: dict[tuple[str, frozenset[tuple[str, str]]], Choice] = {}
@@ -79,7 +81,7 @@ def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_
         here = {name: values for name, values in wanted.items() if name in sets[source]}
         for variants in _combinations(sets[source], here, every_variant):
             full = frozenset({**entry.defaults, **variants}.items())  # a default that is named is no other choice
-            choices.setdefault((source, full), _choice(source, entry, variants))
+            choices.setdefault((source, full), _choice(source, entry.path, variants))
     _refuse(list(sets.values()), wanted)
     return list(choices.values())
 
@@ -150,11 +152,12 @@ def _combinations(
     ] or picked
 
 
-def _choice(source: str, entry: catalogue.Entry, variants: Mapping[str, str]) -> Choice:
-    if "/" in entry.id:
-        return Choice(entry.id, entry.id, variants)
-    tag = hashlib.blake2b(str(entry.path).encode("utf-8", "surrogateescape"), digest_size=3).hexdigest()
-    return Choice(str(Path(source)), entry.id, variants, folder=f"own/{entry.id}-{tag}")
+def _choice(source: str, path: Path, variants: Mapping[str, str]) -> Choice:
+    name = scene_id(path)
+    if "/" in name:
+        return Choice(name, name, variants)
+    tag = hashlib.blake2b(str(path).encode("utf-8", "surrogateescape"), digest_size=3).hexdigest()
+    return Choice(str(Path(source)), name, variants, folder=f"own/{name}-{tag}")
 
 
 def _refuse(sets: Sequence[Mapping[str, Sequence[str]]], wanted: Mapping[str, Sequence[str]]) -> None:

@@ -113,7 +113,7 @@ def measure(folder: Path, jobs: int = JOBS) -> dict[str, float]:
 
     lines = [f"{key} = {json.dumps(value)}" for key, value in entry.items()]  # strings and lists are TOML too
     (folder / "notabug.toml").write_text("\n".join(["[renderers.fifty]", *lines, ""]), encoding="utf-8")
-    typed = [sys.executable, "-m", "notabug.cli", "run", *(f"{name}.usda" for name in names), "-r", "fifty"]
+    typed = [sys.executable, "-m", "notabug", "run", *(f"{name}.usda" for name in names), "-r", "fifty"]
     begun = time.perf_counter()
     subprocess.run(typed, cwd=folder, check=True, capture_output=True)
     command = time.perf_counter() - begun

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -62,6 +63,7 @@ def _fault(name: str, claim: str, change: Callable[[Camera], Camera]) -> Model:
     )
 
 
+@lru_cache(maxsize=4)
 def _size(scene: Scene) -> float:
     """The width of what the camera sees of the objects' middle."""
     points = [each.points.mean(axis=0) for each in scene.meshes] + [each.to_world[3, :3] for each in scene.spheres]
