@@ -18,7 +18,7 @@ from notabug.scenes_usd.reader_shading import Materials
 from notabug.scenes_usd.reader_texture import Textures
 from notabug.scenes_usd.reader_values import TIME, fault
 from notabug.scenes_usd.scene import Light, Mesh, Object, Scene
-from notabug.scenes_usd.untrusted import check_layers, is_trusted
+from notabug.scenes_usd.untrusted import is_trusted, layers_of
 
 _DRAWN_AS_NOTHING = ("", "Xform", "Scope", "Camera")  # and whatever is registered but not imageable
 
@@ -36,9 +36,9 @@ def read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
 
 
 def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
-    if not is_trusted(path):
-        check_layers(path)
+    layers = [] if is_trusted(path) else list(layers_of(path))
     stage = _open(path)
+    del layers  # kept until now, so that each is parsed once
     root = stage.GetDefaultPrim()
     if not root:
         raise SceneError("the stage has no default prim", where="/.defaultPrim", got=str(path), do="author defaultPrim")

@@ -10,6 +10,7 @@ contents and by the states of the layers that it names.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -105,14 +106,11 @@ def _read_by_child(paths: Sequence[Path]) -> str:
     return ""
 
 
-def check_layers(path: Path) -> None:
-    """Raise SceneError where the layers of ``path`` name files outside its folder. Layers are opened, not composed."""
-    for _ in layers_of(path):
-        pass
+def layers_of(path: Path) -> Iterator[tuple[Path, Any]]:
+    """The files that ``path`` is composed of, itself first, and what is open of each: an Sdf.Layer, or None.
 
-
-def layers_of(path: Path) -> Iterator[Path]:
-    """The files that ``path`` is composed of, itself first, there or not; raises as ``check_layers`` does."""
+    Raises SceneError where a layer names a file outside the folder of ``path``. Layers are opened, not composed.
+    """
     from pxr import Sdf, Tf
 
     root = path.parent
@@ -125,15 +123,13 @@ def layers_of(path: Path) -> Iterator[Path]:
         if len(seen) > LAYERS:
             raise SceneError("too many layers", where=str(path), expected=f"at most {LAYERS}")
         outer = Path(_outer(name))
-        yield outer
-        if not outer.is_file():
-            continue  # composing says so
-        check_inside(outer, root, where=str(path))
-        _check_size(outer)
-        try:
-            layer = Sdf.Layer.FindOrOpen(name)
-        except Tf.ErrorException:
-            continue  # composing says so
+        layer = None
+        if outer.is_file():  # where not, and where it cannot be opened, composing says so
+            check_inside(outer, root, where=str(path))
+            _check_size(outer)
+            with contextlib.suppress(Tf.ErrorException):
+                layer = Sdf.Layer.FindOrOpen(name)
+        yield outer, layer
         if layer is None:
             continue
         named = {*layer.GetCompositionAssetDependencies(), *layer.GetExternalAssetDependencies()}

@@ -27,8 +27,8 @@ def main(paths: Sequence[Path]) -> None:
     for path in paths:
         layers: list[str] = []
         with contextlib.suppress(NotabugError):
-            for layer in layers_of(path):
-                layers.append(str(layer))
+            for file, _ in layers_of(path):
+                layers.append(str(file))
             from notabug.scenes_usd.reader_stage import read_stage
 
             read_stage(path, path.stem, {})
