@@ -8,12 +8,12 @@ from __future__ import annotations
 import OpenImageIO
 import psutil
 
-from notabug import run
+from notabug import outcome, run
 from notabug.adapters import configured, povray
 from notabug.references.models import model
 from notabug.scenes_usd import reader_stage
 
-__all__ = ["OpenImageIO", "configured", "povray", "psutil", "reader_stage", "run"]
+__all__ = ["OpenImageIO", "configured", "outcome", "povray", "psutil", "reader_stage", "run"]
 
 model.load()
 run.made_by()

@@ -19,7 +19,6 @@ from notabug.crew import Alone, Crew, rendering
 from notabug.folders import job_folder, job_lock, sole_writer, write_json, write_text
 from notabug.gate import Gate
 from notabug.metrics.verdict import Verdict, Word
-from notabug.outcome import judge_pictures
 from notabug.record import SCHEMA, RecordError, Result
 from notabug.scenes_usd.catalogue import expected
 from notabug.scenes_usd.errors import NotabugError
@@ -278,6 +277,8 @@ def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> 
 
 
 def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Path, keys: dict[str, str]) -> Result:
+    from notabug.outcome import judge_pictures  # of no use to a run whose jobs are done elsewhere
+
     plan = state.plan
     try:
         (folder / "result.json").unlink(missing_ok=True)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-import jinja2
+from typing import TYPE_CHECKING
 
 from notabug import __version__
 from notabug.metrics.verdict import GLYPH
 from notabug.words import STYLE, number, readable
+
+if TYPE_CHECKING:
+    import jinja2
 
 RULES = {
     "choice": "I = R or I = M, whole",
@@ -17,6 +20,8 @@ RULES = {
 
 def environment() -> jinja2.Environment:
     """Templates that escape whatever they are given; those of the report extend the gallery's."""
+    import jinja2
+
     made = jinja2.Environment(
         loader=jinja2.ChoiceLoader(
             [jinja2.PackageLoader("notabug.gallery", "templates"), jinja2.PackageLoader("notabug", "report")]

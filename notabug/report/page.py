@@ -12,7 +12,6 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import jinja2
 from markupsafe import Markup
 
 from notabug.folders import write_text
@@ -127,6 +126,8 @@ def draw(out: Path, white: float = 1.0, pictures: Pictures | None = None) -> Pat
 
 
 def _page(out: Path, white: float, pictures: Pictures) -> Path:
+    from jinja2 import UndefinedError
+
     document = load(out)
     results = [Result.from_dict(each) for each in _results(document, out)]
     names = list(dict.fromkeys(each.renderer for each in results))
@@ -152,7 +153,7 @@ def _page(out: Path, white: float, pictures: Pictures) -> Path:
                 white=white,
             )
         )
-    except (jinja2.UndefinedError, TypeError, ValueError, AttributeError) as error:
+    except (UndefinedError, TypeError, ValueError, AttributeError) as error:
         raise NotabugError(
             "the record lacks what the page shows", where=str(out / "run.json"), got=str(error)
         ) from error
