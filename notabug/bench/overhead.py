@@ -1,32 +1,34 @@
 """``python -m notabug.bench.overhead``: what a run costs over the bare commands of a renderer that takes 50 ms.
 
-The same commands are timed bare, one after the other, and under the runner: sixty jobs, each with a picture of its own
-scene. *Supervision* is what the adapter adds to a command: export, a fresh folder, limits, the check of what came back.
-*Run* is the whole of it, reading, judging and writing the record too, one job at a time and then as many at a time as
-`notabug run` would do here. Each is given on the clock, which other programs on the machine disturb, and in the
-runner's own processor time, which they do not; the renderer's is not counted there. *Command* is `notabug run` as it is
-typed, from the start of Python to the end of the report; beside it the bare commands, as many at a time.
+The same sixty commands are timed bare, one after the other, and under the runner, each with a picture of its own scene.
+*Supervision* is what the adapter adds to a command: export, a fresh folder, limits, the check of what came back; its
+jobs and the bare ones take turns. *One at a time* and *at once* are the whole of a run, reading, judging and writing
+the record too, the latter with as many jobs at once as `notabug run` would do here. *Command* is `notabug run` as it
+is typed, from the start of Python to the end of the report. All is done in ROUNDS, each compared with bare commands of
+its own, as other programs on the machine disturb the clock; the middle one is given. *Own* is the runner's processor
+time for a job in one process, the renderer's not counted.
 """
 
 from __future__ import annotations
 
 import json
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from notabug.adapters.base import Quality
-from notabug.adapters.config import Table
+from notabug.adapters.base import Adapter, Quality
+from notabug.adapters.config import renderer_tables
 from notabug.adapters.configured import configured
 from notabug.adapters.export.formats import write_pfm
 from notabug.adapters.settings import filled
-from notabug.crew import crew
+from notabug.crew import Alone, Crew, crew
 from notabug.record import Result
 from notabug.references.predict import predict
 from notabug.run import Plan, run
@@ -36,10 +38,12 @@ from notabug.selection import choose
 JOBS = 60
 SECONDS = 0.05
 SIDE = 64
+ROUNDS = 3
+CAPABILITIES = ["mesh", "distant_light", "shadows"]
 
 _RENDERER = """
-import shutil, sys, time
-shutil.copyfile(sys.argv[3], sys.argv[2])
+import sys, time
+open(sys.argv[2], "wb").write(open(sys.argv[3], "rb").read())
 time.sleep(max(0.0, float(sys.argv[4]) - {start}))
 """
 
@@ -57,89 +61,104 @@ class Counting:
         self.results.append(result)
 
 
-def measure(folder: Path, jobs: int = JOBS) -> dict[str, float]:
-    """Seconds of the bare commands, of renders under supervision and of the whole run, and shares of them."""
-    text = find("calibration/plain_card").read_text(encoding="utf-8").replace("(256, 256)", f"({SIDE}, {SIDE})")
-    names = [f"scene{index}" for index in range(jobs)]
-    for name in names:
-        (folder / f"{name}.usda").write_text(text, encoding="utf-8")
-    for scene in (read_scene(folder / "scene0.usda"), read_scene("calibration/plain_card")):
-        write_pfm(folder / f"{scene.width}.pfm", predict(scene).point.astype(np.float64))
-    begun = time.perf_counter()
-    subprocess.run([sys.executable, "-S", "-E", "-c", "pass"], check=True)
-    start = time.perf_counter() - begun
-    (folder / "render.py").write_text(_RENDERER.format(start=start))
-    words = [
-        sys.executable,
-        "-S",
-        "-E",
-        str(folder / "render.py"),
-        "{scene}",
-        "{image}",
-        "{folder}/{width}.pfm",
-        str(SECONDS),
-    ]
-    entry = {"command": words, "image": "pfm", "filter": "point", "capabilities": ["mesh", "distant_light", "shadows"]}
-    adapter = configured("fifty", Table(entry, "bench", folder), {})
-    holes = {"scene": "", "image": str(folder / "out.pfm"), "folder": str(folder), "width": str(SIDE)}
-    bare_words = [filled(each, holes) for each in words]
-    subprocess.run(bare_words, check=True)
-    begun = time.perf_counter()
-    for _ in range(jobs):
-        subprocess.run(bare_words, check=True, capture_output=True, stdin=subprocess.DEVNULL)
-    bare = time.perf_counter() - begun
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """Scenes, a renderer that takes SECONDS for each, and its configuration, in ``folder``."""
 
-    scenes = [read_scene(folder / f"{name}.usda") for name in names]
-    begun, spent = time.perf_counter(), time.process_time()
-    for index, scene in enumerate(scenes):
-        out = folder / "renders" / str(index)
-        out.mkdir(parents=True)
-        adapter.render(scene, out, Quality())
-    renders, renders_own = time.perf_counter() - begun, time.process_time() - spent
+    folder: Path
+    names: list[str]
+    bare: list[str]
 
-    watcher = Counting()
-    choices = choose([str(folder / f"{name}.usda") for name in names], {})
-    begun, spent = time.perf_counter(), time.process_time()
-    plan = Plan(choices, {"fifty": (adapter, adapter.find())}, folder / "out")
-    run(plan, watcher)
-    whole, whole_own = time.perf_counter() - begun, time.process_time() - spent
-    passed = sum(each.verdict.word == "pass" for each in watcher.results)
-    judging = sum(each.seconds["judge"] for each in watcher.results)
+    @classmethod
+    def set_up(cls, folder: Path, jobs: int) -> Bench:
+        text = find("calibration/plain_card").read_text(encoding="utf-8").replace("(256, 256)", f"({SIDE}, {SIDE})")
+        names = [f"scene{index}.usda" for index in range(jobs)]
+        for name in names:
+            (folder / name).write_text(text, encoding="utf-8")
+        for scene in (read_scene(folder / names[0]), read_scene("calibration/plain_card")):
+            write_pfm(folder / f"{scene.width}.pfm", predict(scene).point.astype(np.float64))
+        python = [sys.executable, "-S", "-E"]
+        start = min(_seconds(lambda: subprocess.run([*python, "-c", "pass"], check=True)) for _ in range(3))
+        (folder / "render.py").write_text(_RENDERER.format(start=start), encoding="utf-8")
+        script, picture = str(folder / "render.py"), "{folder}/{width}.pfm"
+        words = [*python, script, "{scene}", "{image}", picture, str(SECONDS)]
+        entry = {"command": words, "image": "pfm", "filter": "point", "capabilities": CAPABILITIES}
+        lines = [f"{key} = {json.dumps(value)}" for key, value in entry.items()]  # strings and lists are TOML too
+        (folder / "notabug.toml").write_text("\n".join(["[renderers.fifty]", *lines, ""]), encoding="utf-8")
+        holes = {"scene": "", "image": str(folder / "out.pfm"), "folder": str(folder), "width": str(SIDE)}
+        return cls(folder, names, [filled(each, holes) for each in words])
 
+    def adapter(self) -> Adapter:
+        return configured("fifty", renderer_tables(self.folder / "notabug.toml")["fifty"], {})
+
+    def command(self, times: int = 1) -> None:
+        """Bare commands, one after the other."""
+        for _ in range(times):
+            subprocess.run(self.bare, check=True, capture_output=True, stdin=subprocess.DEVNULL)
+
+    def supervision(self) -> tuple[float, float, float]:
+        """Seconds of bare commands, of the same under supervision in turns with them, and of the latter's own."""
+        adapter, bare, supervised, own = self.adapter(), 0.0, 0.0, 0.0
+        with tempfile.TemporaryDirectory(dir=self.folder) as out:
+            for scene in [read_scene(self.folder / name) for name in self.names]:
+                bare += _seconds(self.command)
+                place = Path(out) / scene.id
+                place.mkdir()
+                spent = time.process_time()
+                supervised += _seconds(lambda: adapter.render(scene, place, Quality()))  # noqa: B023 - called here
+                own += time.process_time() - spent
+        return bare, supervised, own
+
+    def run(self, crew: Crew, threads: int = 0) -> tuple[float, list[Result]]:
+        """Seconds of a whole run in this process, and its results."""
+        adapter, watcher = self.adapter(), Counting()
+        choices = choose([str(self.folder / name) for name in self.names], {})
+        with tempfile.TemporaryDirectory(dir=self.folder) as out:
+            renderers = {"fifty": (adapter, adapter.find())}
+            plan = Plan(choices, renderers, Path(out), quality=Quality(threads=threads), crew=crew)
+            return _seconds(lambda: run(plan, watcher)), watcher.results
+
+    def typed(self) -> float:
+        """Seconds of `notabug run` as a program of its own."""
+        with tempfile.TemporaryDirectory(dir=self.folder) as out:
+            words = [sys.executable, "-m", "notabug", "run", *self.names, "-r", "fifty", "--out", out]
+            return _seconds(lambda: subprocess.run(words, cwd=self.folder, check=True, capture_output=True))
+
+
+def measure(folder: Path, jobs: int = JOBS, rounds: int = ROUNDS) -> dict[str, float]:
+    """Seconds of each way to do the jobs, the middle of ``rounds``, and shares of the bare commands' seconds."""
+    bench = Bench.set_up(folder, jobs)
     at_work, threads = crew("", 0, jobs)
-    begun = time.perf_counter()
-    run(replace(plan, out=folder / "default", crew=at_work, quality=Quality(threads=threads)), Counting())
-    default = time.perf_counter() - begun
+    found: dict[str, list[float]] = {}
 
-    lines = [f"{key} = {json.dumps(value)}" for key, value in entry.items()]  # strings and lists are TOML too
-    (folder / "notabug.toml").write_text("\n".join(["[renderers.fifty]", *lines, ""]), encoding="utf-8")
-    typed = [sys.executable, "-m", "notabug", "run", *(f"{name}.usda" for name in names), "-r", "fifty"]
+    def note(**values: float) -> None:
+        for name, value in values.items():
+            found.setdefault(name.replace("_", " "), []).append(value)
+
+    for _ in range(
+        rounds
+    ):  # before a crew is started: what a supervised process leaves is looked for among all children
+        bare, supervised, own = bench.supervision()
+        note(supervision_over_bare=supervised / bare - 1.0, supervision_own_ms=1e3 * own / jobs)
+    for _ in range(rounds):
+        spent = time.process_time()
+        alone, results = bench.run(Alone())
+        note(one_at_a_time_own_ms=1e3 * (time.process_time() - spent) / jobs)
+        at_once, _ = bench.run(at_work, threads)
+        typed = bench.typed()
+        bare = _seconds(lambda: bench.command(jobs))
+        note(passed=sum(each.verdict.word == "pass" for each in results))
+        note(bare=bare, one_at_a_time=alone, at_once=at_once, command=typed)
+        note(one_at_a_time_over_bare=alone / bare - 1.0)
+        note(at_once_over_bare=at_once / bare - 1.0, command_over_bare=typed / bare - 1.0)
+    middle = {name: statistics.median(values) for name, values in found.items()}
+    return {"jobs": float(jobs), "jobs at once": float(at_work.at_once), **middle}
+
+
+def _seconds(what: Callable[[], object]) -> float:
     begun = time.perf_counter()
-    subprocess.run(typed, cwd=folder, check=True, capture_output=True)
-    command = time.perf_counter() - begun
-    begun = time.perf_counter()
-    with ThreadPoolExecutor(at_work.at_once) as pool:
-        list(pool.map(lambda _: subprocess.run(bare_words, check=True, capture_output=True), range(jobs)))
-    bare_at_once = time.perf_counter() - begun
-    return {
-        "jobs": float(jobs),
-        "passed": float(passed),
-        "bare": bare,
-        "renders": renders,
-        "run": whole,
-        "judging": judging,
-        "jobs at once": float(at_work.at_once),
-        "run, jobs at once": default,
-        "command": command,
-        "bare, jobs at once": bare_at_once,
-        "supervision over bare": renders / bare - 1.0,
-        "run over bare": whole / bare - 1.0,
-        "run but for judging over bare": (whole - judging) / bare - 1.0,
-        "run, jobs at once, over bare": default / bare - 1.0,
-        "command over bare": command / bare - 1.0,
-        "supervision, own time over 50 ms": renders_own / jobs / SECONDS,
-        "run, own time over 50 ms": whole_own / jobs / SECONDS,
-    }
+    what()
+    return time.perf_counter() - begun
 
 
 def main() -> None:
