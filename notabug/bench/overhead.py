@@ -135,9 +135,8 @@ def measure(folder: Path, jobs: int = JOBS, rounds: int = ROUNDS) -> dict[str, f
         for name, value in values.items():
             found.setdefault(name.replace("_", " "), []).append(value)
 
-    for _ in range(
-        rounds
-    ):  # before a crew is started: what a supervised process leaves is looked for among all children
+    # before a crew is started: what a supervised process leaves behind is looked for among all children
+    for _ in range(rounds):
         bare, supervised, own = bench.supervision()
         note(supervision_over_bare=supervised / bare - 1.0, supervision_own_ms=1e3 * own / jobs)
     for _ in range(rounds):
