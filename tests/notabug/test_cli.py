@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import notabug
+import notabug.__main__ as program
 from notabug.adapters.base import RendererError, RendererMissingError
 from notabug.exit_codes import ExitCode, exit_code
 from notabug.gate import Gate, code_of
@@ -20,12 +22,47 @@ from notabug.scenes_usd.errors import NotabugError, SceneError
 from notabug.scenes_usd.picture import write_exr
 from notabug.selection import NothingSelectedError
 
+NAMES = [f"{index}.usda" for index in range(8)]
+
 
 def test_starting_imports_nothing_heavy() -> None:
     heavy = "{'numpy', 'numba', 'pxr', 'OpenImageIO', 'scipy', 'mitsuba', 'colour', 'jinja2', 'flip_evaluator'}"
     code = f"import sys, notabug.cli; print(sorted({heavy} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_the_program_says_its_version_and_is_light_to_import() -> None:
+    done = subprocess.run([sys.executable, "-m", "notabug", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == f"notabug {notabug.__version__}"
+    code = "import sys, notabug.__main__; print('typer' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize(
+    ("words", "long"),
+    [
+        (["run", *NAMES], True),
+        (["run", *NAMES, "-r", "povray"], True),
+        (["run", *NAMES[:3]], False),
+        (["run"], False),
+        (["judge", *NAMES], False),
+        (["run", *NAMES, "--executor", "dask://a:1"], False),
+        (["run", "--workarounds", *NAMES], False),
+        ([], False),
+    ],
+)
+def test_a_crew_is_started_ahead_for_a_long_run_alone(
+    words: list[str], long: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started: list[str] = []
+    monkeypatch.setattr(program, "cores_here", lambda: 2)
+    monkeypatch.setattr(program, "prepare", lambda: started.append("crew"))
+    monkeypatch.setattr("notabug.cli.main", lambda: started.append("words are read"))
+    monkeypatch.setattr(sys, "argv", ["notabug", *words])
+    program.main()
+    assert started == (["crew"] if long else []) + ["words are read"]
 
 
 def test_help_names_every_command(door: Any) -> None:
