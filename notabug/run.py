@@ -306,8 +306,9 @@ def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
             seconds=blank.seconds | {"judge": outcome.seconds},
         )
         write_json(folder / "result.json", {"key": keys["result"], "result": result.as_dict()})
-    except UnsupportedError as error:
-        return replace(blank, verdict=_no_judgement("unsupported", str(error)))
+    except UnsupportedError as error:  # what a table states of "*" is for those who can draw the scene
+        stated = expected(scene).get(blank.renderer, "") if blank.expected else ""
+        return replace(blank, verdict=_no_judgement("unsupported", str(error)), expected=stated)
     except NotabugError as error:
         _keep_log(folder, getattr(error, "log", ""))
         return replace(blank, verdict=_no_judgement("error", str(error)))

@@ -213,6 +213,14 @@ def test_a_verdict_other_than_expected_is_shown(door: Any) -> None:
     assert "other than expected" not in door.stdout
 
 
+def test_what_all_show_is_not_expected_of_a_renderer_that_cannot_draw_the_scene(door: Any) -> None:
+    door.grey.mishaps["terminator/sphere"] = UnsupportedError("no normals")
+    assert door.run("terminator/sphere") == 0
+    assert record(door)["results"][0]["expected"] == record(door)["results"][0]["state"] == ""
+    assert "other than expected" not in door.stdout
+    assert "new:" not in door.stdout
+
+
 def test_a_renderer_without_textures_is_calibrated_by_the_plain_card(door: Any) -> None:
     door.grey.mishaps["calibration/card"] = UnsupportedError("no textures")
     assert door.run("calibration/card", "terminator/sphere") == 0
