@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,12 @@ from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
 Film = Callable[[Floats, float], Floats]
+
+
+@lru_cache(maxsize=128)
+def models_of(scene: Scene) -> tuple[Model, ...]:
+    """Every model of ``scene``: each fault looks for its own."""
+    return tuple(models(scene))
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +61,7 @@ class Fault:
 
     def _models(self, scene: Scene) -> list[Model]:
         names = self.right | {self.name}
-        found = (each for each in models(scene) if each.kind == "fault" and each.name in names)
+        found = (each for each in models_of(scene) if each.kind == "fault" and each.name in names)
         return [each for each in found if self.only in each.claim]
 
     def model(self, scene: Scene, strength: float, draw: int) -> Model | None:

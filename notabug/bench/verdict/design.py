@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from notabug.bench.verdict.catalogue import FAULTS, LIMITATIONS, Fault, Limitation, staged
+from notabug.bench.verdict.catalogue import FAULTS, LIMITATIONS, Fault, Limitation, models_of, staged
 from notabug.bench.verdict.film import BY_NAME, CONDITIONS
-from notabug.references.models.model import models
 from notabug.scenes_usd.catalogue import scenes
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
@@ -148,7 +147,7 @@ def _limited(size: Size, drawn: dict[Any, Scene]) -> Iterator[Group]:
 
 def limits(limitation: Limitation, scene: Scene) -> bool:
     """Whether the scene holds what the limitation acts on."""
-    found = [each for each in models(scene) if each.kind == "limitation" and each.name == limitation.name]
+    found = [each for each in models_of(scene) if each.kind == "limitation" and each.name == limitation.name]
     if limitation.name == "acne":  # near cameras have none, and from afar it is everywhere, so no picture can tell
         return "camera_distance=1e3" in scene.variant and scene.id != "acne/grazing_plane"
     if limitation.name == "coincident_surfaces":
