@@ -123,11 +123,11 @@ class Command:
         if ended.stopped == "output":
             shutil.rmtree(folder, ignore_errors=True)
         ended.check(self.name)
-        self._check(picture, began, ended)
+        self._check(picture, (scene.width, scene.height), began, ended)
         return Render(self._keep(picture, out, seed, ended), seed, samples, ended.seconds, ended.command, ended.log)
 
-    def _check(self, picture: Path, began: float, ended: Ended) -> None:
-        """Raise RendererError where ``picture`` is not a file of the declared kind that was written just now."""
+    def _check(self, picture: Path, size: tuple[int, int], began: float, ended: Ended) -> None:
+        """Raise RendererError where ``picture`` is not of the declared kind and of ``size``, and written just now."""
         where, log = self.name, ended.log
         if picture.is_symlink():
             raise failure("the picture is a link to another file", where=where, log=log, do="write the file itself")
@@ -146,6 +146,13 @@ class Command:
         if header.channels not in (3, 4):
             raise failure(
                 f"the picture has {header.channels} channels", where=where, log=log, do="write red, green and blue"
+            )
+        if (header.width, header.height) != size:
+            raise failure(
+                f"the picture is {header.width} x {header.height}, expected is {size[0]} x {size[1]}",
+                where=where,
+                log=log,
+                do="give the program {width} and {height}, or let it read them from the scene",
             )
         quantum, relative = PIXELS[self.pixels]
         if header.quantum > quantum or (header.relative_quantum, relative) == (False, True):

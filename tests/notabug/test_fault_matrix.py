@@ -33,7 +33,7 @@ MATRIX = {
     "no_image": ("error", "left no picture"),
     "stale_image": ("error", "older than the job"),
     "linked_image": ("error", "a link to another file"),
-    "wrong_size": ("bug", "the picture is 4 x 4"),
+    "wrong_size": ("error", "the picture is 4 x 4, expected is 32 x 32"),
     "truncated": ("error", "damaged or truncated|cannot be read"),
     "non_finite": ("bug", "NaN or infinite"),
     "negative": ("bug", "negative"),
