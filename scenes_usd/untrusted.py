@@ -51,6 +51,9 @@ def check_scenes(paths: Iterable[Path]) -> None:
                 _read_alone(path)
 
 
+_passed: dict[Path, list[int] | None] = {}  # by this process's own knowledge: file, its state
+
+
 def _is_known(path: Path) -> bool:
     """Whether ``path`` passed before as it is now, in this process or, with the layers that it names, in another."""
     now = _state(path)
@@ -65,9 +68,6 @@ def _is_known(path: Path) -> bool:
     if known:
         _passed[path] = now
     return known
-
-
-_passed: dict[Path, list[int] | None] = {}
 
 
 def _read_alone(path: Path) -> None:
@@ -100,9 +100,11 @@ def _read_by_child(paths: Sequence[Path]) -> str:
     if ended.returncode or len(lines) != len(paths):
         return f"exit state {ended.returncode}"
     for path, (state, mark), line in zip(paths, before, lines, strict=True):
-        mark.parent.mkdir(parents=True, exist_ok=True)
-        mark.write_text(json.dumps({name: _state(Path(name)) for name in json.loads(line)}), encoding="utf-8")
         _passed[path] = state
+        layers = json.loads(line)
+        if layers is not None:  # of a scene that was refused for one of them the others were not looked at
+            mark.parent.mkdir(parents=True, exist_ok=True)
+            mark.write_text(json.dumps({name: _state(Path(name)) for name in layers}), encoding="utf-8")
     return ""
 
 

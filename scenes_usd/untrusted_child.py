@@ -2,7 +2,7 @@
 
 ``python -m notabug.scenes_usd.untrusted_child FILE...`` ends with 0 where each scene was read or refused by name: the
 process that asks will then do the same. Anything else, a crash, a signal or no end, is the answer. For each scene it
-prints a line, a JSON list of the layers that it looked at.
+prints a line, a JSON list of its layers, or null where it was refused for one of them.
 """
 
 from __future__ import annotations
@@ -25,10 +25,9 @@ def main(paths: Sequence[Path]) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     for path in paths:
-        layers: list[str] = []
+        layers = None
         with contextlib.suppress(NotabugError):
-            for file, _ in layers_of(path):
-                layers.append(str(file))
+            layers = [str(file) for file, _ in layers_of(path)]
             from notabug.scenes_usd.reader_stage import read_stage
 
             read_stage(path, path.stem, {})

@@ -126,6 +126,16 @@ def test_nesting_without_end_ends_only_the_child(text: str, write: Callable[[str
         read_scene(write(text))
 
 
+def test_a_scene_that_is_refused_for_a_layer_is_not_remembered(
+    write: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Its other layers were not looked at, and may be what harms when that one is mended."""
+    monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path / "cache"))
+    with pytest.raises(SceneError, match="outside of the scene's folder"):
+        read_scene(write(BASE + 'def "More" (\n    references = @../outside.usda@\n)\n{\n}\n'))
+    assert not (tmp_path / "cache" / "scenes").exists()
+
+
 def test_one_child_reads_many_scenes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path / "cache"))
     files = [tmp_path / f"{index}.usda" for index in range(3)]
