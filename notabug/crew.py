@@ -205,8 +205,7 @@ def _begin(threads: int, places: Semaphore) -> None:
     """The start of a process: libraries may use ``threads``; it ends, and its renderers too, when its parent does."""
     global _places
     _places = places
-    for library in ("NUMBA", "OMP"):
-        os.environ[f"{library}_NUM_THREADS"] = str(threads)
+    os.environ["OMP_NUM_THREADS"] = str(threads)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears it too and decides
     signal.signal(signal.SIGTERM, _end)
     threading.Thread(target=_outlive, daemon=True).start()

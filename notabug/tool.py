@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import notabug
+from notabug.references import _native
 
-LIBRARIES = ("numpy", "scipy", "numba", "OpenImageIO", "usd-core", "flip-evaluator", "colour-science", "scikit-image")
+LIBRARIES = ("numpy", "scipy", "OpenImageIO", "usd-core", "flip-evaluator", "colour-science", "scikit-image")
 
 MADE_OF = (".py", ".usda")  # what scenes, models and the judge are written in
 
@@ -51,6 +52,8 @@ def fingerprint(*floors: str, suffixes: tuple[str, ...] = (".py",)) -> str:
         for path in sorted(each for each in (root / floor).rglob("*") if each.suffix in suffixes):
             state.update(str(path.relative_to(root)).encode())
             state.update(path.read_bytes())
+    if "references" in floors:
+        state.update(_native.SOURCES.encode())
     return state.hexdigest()
 
 

@@ -8,21 +8,28 @@ import os
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
 from functools import lru_cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from notabug.references import _native
 from notabug.references.cache import cache_root, source_hash
 from notabug.references.models.model import Model
 from notabug.references.tracer.envelope import Envelope, Options, trace_envelope, trace_picture
 from notabug.scenes_usd import triangulate
 from notabug.scenes_usd.scene import Scene
 
-# What an envelope is computed by: the tracer, and the cutting of polygons into triangles.
-SOURCE_HASH = source_hash(Path(__file__).parent / "tracer") + source_hash(Path(triangulate.__file__).parent)
+# What an envelope is computed by: the tracer, as it was built and by which compiler, and the cutting of polygons.
+SOURCE_HASH = "-".join(
+    [
+        source_hash(Path(__file__).parent / "tracer"),
+        source_hash(Path(triangulate.__file__).parent),
+        _native.SOURCES,
+        _native.COMPILER,
+    ]
+)
 CACHE_BYTES = 2 << 30  # the oldest files of a kind go when the cache has grown beyond this
 SWEEPS = ("00", "40", "80", "c0")  # beginnings of the names, one in 64, after which it is looked at
 
@@ -39,8 +46,8 @@ def configured(scene: Scene, models: Iterable[Model]) -> tuple[Scene, Options]:
 def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) -> Envelope:
     """The envelope of ``scene`` under ``models`` (none: the reference), from the cache where it is there.
 
-    The cache's key is the configured scene's contents, the switches, the sources that compute it and the versions of
-    numba and numpy; its values are float32 (relative error 6e-8, far below any tolerance).
+    The cache's key is the configured scene's contents, the switches, the sources that compute it and the version of
+    numpy; its values are float32 (relative error 6e-8, far below any tolerance).
     """
     configured_scene, options = configured(scene, models)
     path = _path(configured_scene, options, "envelopes")
@@ -88,15 +95,9 @@ def _stored_picture(path: Path) -> npt.NDArray[np.float32]:
 
 def _path(scene: Scene, options: Options, kind: str) -> Path:
     key = hashlib.blake2b(digest_size=16)
-    for part in (scene.digest(), repr(options), SOURCE_HASH, _numba(), np.__version__):
+    for part in (scene.digest(), repr(options), SOURCE_HASH, np.__version__):
         key.update(part.encode())
     return cache_root() / kind / f"{key.hexdigest()}.npy"
-
-
-@lru_cache(maxsize=1)
-def _numba() -> str:
-    """The version of numba, which takes a while to load: where all predictions are at hand, for nothing."""
-    return version("numba")
 
 
 def _stored_form(envelope: Envelope) -> Envelope:

@@ -12,13 +12,13 @@ import platform
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug import __version__
+from notabug.references import _native
 from notabug.references.cache import source_hash
 from notabug.references.predict import configured
 from notabug.references.tracer.envelope import trace_envelope
@@ -146,10 +146,9 @@ def provenance(scene: Scene) -> dict[str, str]:
         "notabug:variant": scene.variant,
         "notabug:digest": scene.digest(),
         "notabug:model": "reference",
-        "notabug:tracer": source_hash(Path(__file__).parent / "tracer"),
+        "notabug:tracer": f"{source_hash(Path(__file__).parent / 'tracer')}-{_native.SOURCES}",
         "notabug:samples": f"{GRID}x{GRID}, {REFINE}x{REFINE} where mixed",
-        "notabug:versions": f"notabug {__version__}, numba {version('numba')}, numpy {np.__version__}, "
-        f"python {platform.python_version()}",
+        "notabug:versions": f"notabug {__version__}, numpy {np.__version__}, python {platform.python_version()}",
     }
 
 

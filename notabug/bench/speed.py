@@ -12,9 +12,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +22,9 @@ import numpy.typing as npt
 from notabug.adapters.base import Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.metrics.judge import judge
+from notabug.references import _native
 from notabug.references.tracer.envelope import trace_envelope
 from notabug.references.tracer.flatten import flatten
-from notabug.references.tracer.traverse import trace
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
@@ -51,7 +49,7 @@ class Figure:
 
 
 def measure() -> list[Figure]:
-    """Every figure of the bench; about half a minute once the kernels are compiled."""
+    """Every figure of the bench; about half a minute."""
     return [_against_embree(), _envelope(), *_verdicts(), _start()]
 
 
@@ -84,16 +82,10 @@ def _against_embree() -> Figure:
     flat = flatten(scene)
     origins, directions = camera_rays(scene, RAYS)
     n = len(directions)
-    hits, distances, weights = np.empty(n, np.int64), np.empty(n), np.empty((n, 3))
     threads = os.cpu_count() or 1
 
-    def ours() -> None:
-        def part(at: slice) -> None:
-            trace(flat, origins[at], directions[at], hits[at], distances[at], weights[at])
-
-        edges = np.linspace(0, n, 8 * threads + 1).astype(int)
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(part, [slice(a, b) for a, b in pairwise(edges)]))
+    def ours() -> npt.NDArray[np.int64]:
+        return _native.trace(flat, origins, directions, threads)[0]
 
     if importlib.util.find_spec("embreex") is None:
         (seconds,) = _best(ours)
@@ -106,7 +98,7 @@ def _against_embree() -> Figure:
     TriangleMesh(embree, flat.points.reshape(-1, 3, 3).astype(np.float32))
     single = origins.astype(np.float32), directions.astype(np.float32)
     a, b = _best(ours, lambda: embree.run(*single))
-    agree = float((embree.run(*single) == hits).mean())
+    agree = float((embree.run(*single) == ours()).mean())
     note = f"ours {n / a / 1e6:.2f} Mrays/s in float64 on {threads} threads, Embree {n / b / 1e6:.2f}; "
     return Figure(name, b / a, "x", asked, b / a >= 0.5, note + f"same triangle for {100 * agree:.4f} % of the rays")
 

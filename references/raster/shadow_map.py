@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from notabug.references.raster import fill as kernels
+from notabug.references import _native
 from notabug.references.tracer.flatten import Flat
 
 Array = npt.NDArray[Any]
@@ -31,7 +31,7 @@ class ShadowMaps(NamedTuple):
     """The maps of all lights: six faces of a cube for a point light, one parallel view for a distant one."""
 
     first: Array  # (lights + 1,) first map of each light
-    frame: Array  # (m, 14) the view, as in fill
+    frame: Array  # (m, 14) the view, as in references/native/zbuffer.h
     parallel: Array  # (m,)
     depth: Array  # (m, n, n) distance along the view's axis, inf where the light sees nothing
     bias: Any  # in the scene's unit of length, a scalar of the arrays' precision
@@ -54,14 +54,12 @@ def shadow_maps(flat: Flat, order: Array, cells: int, bias: float) -> ShadowMaps
     frame = np.array(views).reshape(-1, 14).astype(flat.points.dtype)
     depth = np.full((len(views), cells, cells), np.inf)
     winner = np.empty((cells, cells), np.int32)
-    weights = np.empty((2, cells, cells, 3), flat.points.dtype)
     for each in range(len(views)):
-        kernels.fill(
-            flat.points, order, frame[each], parallel[each], kernels.DISTANCE, 0.0, False, (cells, cells), 0, None,
-            depth[each], winner, weights[0], weights[1],
-        )  # fmt: skip
+        _native.fill(flat.points, order, frame[each], parallel[each], "distance", False, depth[each], winner)
     bias_of = flat.points.dtype.type(bias)
-    return ShadowMaps(np.array(first), frame, np.array(parallel, np.bool_), depth.astype(flat.points.dtype), bias_of)
+    return ShadowMaps(
+        np.array(first, np.int64), frame, np.array(parallel, np.bool_), depth.astype(flat.points.dtype), bias_of
+    )
 
 
 def _view(eye: Array, forward: Array, up: Array, half_x: float, half_y: float, near: float, far: float) -> Array:

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-import os
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from notabug.references import _native
+from notabug.references.tracer.flatten import Flat, flatten
 from notabug.scenes_usd.scene import Scene
-
-if TYPE_CHECKING:  # the kernels take a while to load, and an envelope from the cache needs none
-    from notabug.references.tracer.flatten import Flat
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -91,37 +88,9 @@ class Options:
     refine: bool = False
     offset: float = 0.0
 
-    def encoded(self) -> npt.NDArray[np.int64]:
-        """The switches in the order of the columns in render.py."""
-        return np.array(
-            [
-                ("forgiving", "facets", "none").index(self.shadows),
-                ("unit", "raw").index(self.normals),
-                ("keep", "flip", "black").index(self.silhouette),
-                int(self.affine),
-                int(self.raw_vectors),
-                int(self.uncut),
-                ("own", "primary", "lost").index(self.mirrored_highlight),
-                2 if self.unreversed else int(self.retroreflection),
-                ("attenuate", "opaque", "free", "glass").index(self.transparent_shadows),
-                ("nearest", "first", "another", "unlit", "blend", "hole", "next").index(self.ties),
-                self.acne,
-                int(self.whole_reflection),
-                int(self.self_reflection),
-                int(self.self_refraction),
-                int(self.counted_glass),
-                int(self.gouraud),
-                ("exact", "none", "absolute", "relative", "error_bound").index(self.start),
-                int(self.refine),
-                ("square", "linear", "none").index(self.falloff),
-                ("bounded", "unbounded", "culled").index(self.shadow_rays),
-                int(self.lost_reflection),
-            ]
-        )
-
-    def numbers(self) -> Floats:
-        """The real parameters in the order of the columns in render.py."""
-        return np.array([self.resolution, self.near_resolution, self.hit_error, self.epsilon, self.offset])
+    def for_scene(self, scene: Scene) -> Options:
+        """The same, without looking for the first of coincident objects where there is only one."""
+        return replace(self, ties="nearest") if self.ties == "first" and len(scene.objects) < 2 else self
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,7 +124,7 @@ class Envelope:
 
 
 class _Buffers:
-    """The output arrays of the kernel, for one pass over a picture."""
+    """What ``_native.render`` fills, for one pass over a picture."""
 
     def __init__(self, height: int, width: int) -> None:
         self.mean = np.zeros((height, width, 3))
@@ -180,30 +149,9 @@ def _pass(
     threads: int = 0,
 ) -> None:
     """Render ``pixels`` with all threads; every pixel is computed alike whatever their number."""
-    from notabug.references.tracer import render as kernels
-    from notabug.references.tracer.flatten import FEATURES
-    from notabug.references.tracer.jit import compile_once
-
-    threads = threads or os.cpu_count() or 1
-    option, number = options.encoded(), options.numbers()
-    if len(scene.objects) < 2 and options.ties == "first":
-        option[kernels.TIE] = 0  # there is no other object to be first
-
-    def work(part: npt.NDArray[np.int64]) -> None:
-        kernels.render_pixels(
-            flat, option, number, scene.width, scene.height, part, grid, grid * grid if grid > 0 else samples, seed,
-            into.mean, into.variance, into.lo, into.hi, into.ids, into.mixed, into.spared,
-            *kernels.work_space(flat.points.dtype),
-        )  # fmt: skip
-
-    features = [str(int(each is not None)) for each in flat[-FEATURES:]]
-    compile_once("-".join(["render_pixels", flat.points.dtype.name, *features]), lambda: work(pixels[:0]))
-    if threads == 1 or len(pixels) < 256:
-        work(pixels)
-        return
-    chunks = np.array_split(pixels, 8 * threads)
-    with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(work, chunks))
+    _native.render(
+        flat, options.for_scene(scene), scene.width, scene.height, pixels, grid, samples, seed, into, threads
+    )
 
 
 def lattice(samples: int) -> int:
@@ -246,8 +194,6 @@ def trace_envelope(
     Every pixel gets its centre and ``grid`` x ``grid`` regular subsamples; where ids differ inside the pixel or towards
     a neighbour, a lattice of ``refine`` x ``refine`` (0: no refinement).
     """
-    from notabug.references.tracer.flatten import flatten
-
     flat = flatten(scene, dtype)
     every = np.arange(scene.width * scene.height)
     centre, fine = _Buffers(scene.height, scene.width), _Buffers(scene.height, scene.width)
@@ -288,8 +234,6 @@ def trace_picture(
     threads: int = 0,
 ) -> Floats:
     """A picture (h, w, 3) as a renderer draws it: pixel centres for one sample, else box-filtered random ones."""
-    from notabug.references.tracer.flatten import flatten
-
     into = _Buffers(scene.height, scene.width)
     every = np.arange(scene.width * scene.height)
     grid = 1 if samples == 1 else 0

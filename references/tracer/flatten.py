@@ -1,7 +1,6 @@
-"""Scene -> Flat: the arrays that the kernels read, in the precision asked for.
+"""Scene -> Flat: the arrays that the native code reads (references/native/scene.h), in the precision asked for.
 
-What a scene lacks is None, and the kernels are compiled without it: a scene without textures costs no texture code, and
-the type of its Flat says so.
+What a scene lacks is None.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ from notabug.scenes_usd.scene import Mesh, Scene
 from notabug.scenes_usd.triangulate import Triangles, triangulate
 
 Array = npt.NDArray[Any]
-FEATURES = 5  # fields of a Flat, its last, that may be None
 
 
 class Quads(NamedTuple):
@@ -58,7 +56,7 @@ class Secondary(NamedTuple):
 
 
 class Flat(NamedTuple):
-    """A scene for the kernels. Triangles are in the order of the hierarchy's leaves."""
+    """A scene for the native code. Triangles are in the order of the hierarchy's leaves."""
 
     bounds: Array  # (nodes, 6)
     child: Array  # (nodes,)

@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from notabug.references.tracer.bvh import STACK
+from notabug.references import _native
 from notabug.references.tracer.envelope import Options, trace_picture
 from notabug.references.tracer.flatten import flatten
-from notabug.references.tracer.traverse import trace
 from notabug.scenes_usd.scene import Mesh
 
 MAJOR, MINOR = 1.0, 0.4
@@ -102,8 +101,7 @@ def compare(make: Any, rays: Any, mesh: Mesh, light: Any, eye: Any, smooth: Any,
     L = -np.asarray(light) / np.linalg.norm(light)
     origin, directions = rays(scene)
     directions = np.ascontiguousarray(directions.reshape(-1, 3))
-    hits, t, b = np.empty(SIZE**2, np.int64), np.empty(SIZE**2), np.empty((SIZE**2, 3))
-    trace(flatten(scene), np.tile(origin, (SIZE**2, 1)), directions, hits, t, b, np.empty(STACK, np.int32))
+    hits, t, _ = _native.trace(flatten(scene), np.tile(origin, (SIZE**2, 1)), directions)
     seen = np.flatnonzero(hits >= 0)
     p, normal = smooth(origin + t[seen, None] * directions[seen])
     facing = (normal * directions[seen]).sum(1) < 0  # else facets show what the smooth surface hides

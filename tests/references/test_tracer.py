@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from notabug.references import _native
 from notabug.references.tracer import bvh
 from notabug.references.tracer.envelope import Options, trace_envelope, trace_picture
 from notabug.references.tracer.flatten import flatten
-from notabug.references.tracer.intersect import ray_triangle, shear
-from notabug.references.tracer.traverse import trace
 from notabug.scenes_usd.scene import Material, Texture
 from notabug.scenes_usd.triangulate import split_ngons
 
@@ -101,8 +100,7 @@ def test_no_ray_leaks_through_edges_or_vertices(make: Any, shape: str, dtype: An
         targets = np.concatenate([vertices[edge[:, 0]] * (1 - s) + vertices[edge[:, 1]] * s, vertices])
         directions = np.ascontiguousarray(targets - np.array(origin, dtype), dtype)
         n = len(directions)
-        hits, t, b = np.empty(n, np.int64), np.empty(n, dtype), np.empty((n, 3), dtype)
-        trace(flat, np.tile(np.array(origin, dtype), (n, 1)), directions, hits, t, b, np.empty(bvh.STACK, np.int32))
+        hits, t, b = _native.trace(flat, np.tile(np.array(origin, dtype), (n, 1)), directions)
         leaks += int((hits < 0).sum())
         count += n
         assert np.abs(t[hits >= 0] - 1).max() < 1e3 * np.finfo(dtype).eps
@@ -138,14 +136,12 @@ def test_the_hierarchy_finds_what_brute_force_finds(make: Any, kind: str) -> Non
     origins = rng.uniform(-2, 2, (120, 3))
     directions = triangles[rng.integers(0, n, 120)].mean(1) - origins
     directions[:20] = np.eye(3)[rng.integers(0, 3, 20)] * rng.choice([-1, 1], (20, 1))
-    hits, t, b = np.empty(120, np.int64), np.empty(120), np.empty((120, 3))
-    trace(flat, origins, directions, hits, t, b, np.empty(bvh.STACK, np.int32))
+    hits, t, _ = _native.trace(flat, origins, directions)
     found = 0
     for k, (o, d) in enumerate(zip(origins, directions, strict=True)):
-        frame = shear(*d)
         best = (math.inf, n)
         for i in range(n):
-            each = ray_triangle(*o, *frame, flat.points, i)[0]
+            each = _native.ray_triangle(o, d, flat.points[i])[0]
             if 0 < each < math.inf:
                 best = min(best, (each, int(flat.face[i])))  # of two at the same place the first in the scene
         assert (t[k], flat.face[hits[k]] if hits[k] >= 0 else n) == best

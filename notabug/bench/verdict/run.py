@@ -16,6 +16,7 @@ import notabug.metrics
 import notabug.references
 from notabug.bench.verdict.design import Group
 from notabug.folders import write_text
+from notabug.references import _native
 from notabug.references.cache import cache_root, source_hash
 
 Record = dict[str, Any]
@@ -27,7 +28,7 @@ def folder() -> Path:
     """Where records are kept; another one for every version of the judge, the references and the bench."""
     sources = (notabug.bench.verdict, notabug.metrics, notabug.references)
     versions = [source_hash(Path(each.__path__[0])) for each in sources]
-    return cache_root() / "bench" / "-".join(versions)
+    return cache_root() / "bench" / "-".join([*versions, _native.SOURCES])
 
 
 def kept(group: Group, within: Path) -> list[Record] | None:

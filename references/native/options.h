@@ -1,0 +1,50 @@
+// The tracer's switches, as notabug.references.tracer.envelope.Options describes them.
+//
+// A new switch is one line here and one in `options_of` of bindings.cpp.
+#pragma once
+
+#include <cstdint>
+
+namespace notabug {
+
+enum class Shadows { forgiving, facets, none };
+enum class Normals { unit, raw };
+enum class Silhouette { keep, flip, black };
+enum class MirroredHighlight { own, primary, lost };
+enum class TransparentShadows { attenuate, opaque, free, glass };
+enum class Ties { nearest, first, another, unlit, blend, hole, next };
+enum class Start { exact, none, absolute, relative, error_bound };
+enum class Falloff { square, linear, none };
+enum class ShadowRays { bounded, unbounded, culled };
+
+struct Options {
+    Shadows shadows = Shadows::forgiving;
+    Normals normals = Normals::unit;
+    Silhouette silhouette = Silhouette::keep;
+    bool affine = false;
+    bool raw_vectors = false;
+    bool uncut = false;
+    MirroredHighlight mirrored_highlight = MirroredHighlight::own;
+    bool retroreflection = false;
+    bool unreversed = false;
+    TransparentShadows transparent_shadows = TransparentShadows::attenuate;
+    Ties ties = Ties::first;
+    double resolution = 0.0;
+    double near_resolution = 0.0;
+    bool whole_reflection = false;
+    bool self_reflection = false;
+    bool self_refraction = false;
+    bool counted_glass = false;
+    bool gouraud = false;
+    Falloff falloff = Falloff::square;
+    ShadowRays shadow_rays = ShadowRays::bounded;
+    bool lost_reflection = false;
+    std::int64_t acne = 0;  // one bit for each light
+    double hit_error = 0.0;
+    Start start = Start::exact;
+    double epsilon = 0.0;
+    bool refine = false;
+    double offset = 0.0;
+};
+
+}  // namespace notabug

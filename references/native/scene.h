@@ -1,0 +1,152 @@
+// A scene as the tracer and the rasteriser read it: views of the arrays that references/tracer/flatten.py makes.
+//
+// What a scene lacks has no pointer. Nothing here owns memory: the caller keeps the arrays for the time of a call.
+#pragma once
+
+#include "vector.h"
+
+namespace notabug {
+
+template <class T>
+struct Triangle {
+    Vec3<T> a, b, c;
+};
+
+struct Corners {  // face corners of a triangle, into Scene::normal and Scene::uv
+    std::int32_t a, b, c;
+};
+
+template <class T>
+struct Light {
+    T kind;          // 0 a point, else distant
+    Vec3<T> place;   // position of a point, direction of a distant one
+    Vec3<T> intensity;
+};
+
+template <class T>
+struct Camera {
+    Vec3<T> origin, across, up, forward;  // across and up times the tangents of half the angles of view
+    T near, far;
+};
+
+// An affine map for column vectors, row by row.
+template <class T>
+struct Affine {
+    T m[12];
+
+    Vec3<T> point(const Vec3<T>& p) const {
+        return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3], m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
+                m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
+    }
+    Vec3<T> vector(const Vec3<T>& p) const {
+        return {m[0] * p.x + m[1] * p.y + m[2] * p.z, m[4] * p.x + m[5] * p.y + m[6] * p.z,
+                m[8] * p.x + m[9] * p.y + m[10] * p.z};
+    }
+    Vec3<T> transposed(const Vec3<T>& p) const {
+        return {m[0] * p.x + m[4] * p.y + m[8] * p.z, m[1] * p.x + m[5] * p.y + m[9] * p.z,
+                m[2] * p.x + m[6] * p.y + m[10] * p.z};
+    }
+};
+
+// A quad in its own plane: x, y of its four corners.
+template <class T>
+struct PlaneQuad {
+    T x[4][2];
+};
+
+template <class T>
+struct PlaneFrame {
+    Vec3<T> origin, x, y;
+};
+
+struct QuadCorners {
+    std::int32_t corner[4];
+};
+
+template <class T>
+struct Quads {
+    const std::int32_t* of_triangle = nullptr;  // quad of each triangle, or -1; null where the scene has none
+    const QuadCorners* corners = nullptr;
+    const PlaneQuad<T>* plane = nullptr;
+    const PlaneFrame<T>* frame = nullptr;
+};
+
+struct TextureInfo {
+    std::int64_t first, width, height, wrap_s, wrap_t;  // wrap: 0 repeats, 1 clamps
+};
+
+template <class T>
+struct Textures {
+    const Vec3<T>* texels = nullptr;
+    const TextureInfo* info = nullptr;
+};
+
+template <class T>
+struct Spheres {
+    std::int64_t count = 0;
+    const T* radius = nullptr;
+    const Affine<T>* to_local = nullptr;
+    const Affine<T>* to_world = nullptr;
+    const std::int32_t* object = nullptr;
+};
+
+template <class T>
+struct Specular {
+    Vec3<T> colour;
+    T exponent;
+};
+
+enum Lobe : std::int32_t { no_lobe, phong, blinn, phong_cosine, blinn_cosine };
+
+template <class T>
+struct Lobes {
+    const Specular<T>* specular = nullptr;
+    const std::int32_t* kind = nullptr;
+};
+
+template <class T>
+struct Coefficients {
+    T opacity;
+    Vec3<T> mirror, transmission;
+    T ior;
+};
+
+template <class T>
+struct Scene {
+    const T* bounds = nullptr;  // six numbers a node: see bvh.h
+    const std::int32_t* child = nullptr;
+    const std::int32_t* size = nullptr;  // triangles of a leaf, 0 for an inner node
+
+    std::int64_t triangles = 0;
+    const Triangle<T>* points = nullptr;
+    const std::int32_t* face = nullptr;  // of the whole scene: rays leaving a face do not hit it again
+    const std::int32_t* object = nullptr;
+    const Corners* corner = nullptr;
+    const T* sagitta = nullptr;  // how far a facet may lie below the surface its normals imply; -1 where it is flat
+    const Vec3<T>* normal = nullptr;
+    const T* uv = nullptr;
+
+    const std::int32_t* material = nullptr;  // of each object
+    std::int64_t materials = 0;
+    const Vec3<T>* diffuse = nullptr;        // of each material
+    const std::int32_t* texture = nullptr;   // of each material, or -1
+    std::int64_t lights = 0;
+    const Light<T>* light = nullptr;
+    Camera<T> camera{};
+    T radius = 0;  // of the whole scene, for error bounds
+
+    Quads<T> quads;
+    Textures<T> textures;
+    Spheres<T> spheres;
+    Lobes<T> lobes;
+    const Coefficients<T>* secondary = nullptr;  // of each material, where any sends rays on
+};
+
+// What a scene has, known when this is compiled: what it lacks then costs nothing.
+template <bool has_spheres, bool has_secondary>
+struct Features {
+    static constexpr bool spheres = has_spheres;
+    static constexpr bool secondary = has_secondary;
+};
+
+}  // namespace notabug

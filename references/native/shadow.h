@@ -1,0 +1,143 @@
+// How much light reaches a point: shadow rays, what they pass through, and the shadows of a mesh's own facets.
+#pragma once
+
+#include "options.h"
+#include "traverse.h"
+
+namespace notabug {
+
+// 1 - the opacity of `material`; without secondary rays in the scene every surface is opaque.
+template <class T, class F>
+inline T let_through(const Scene<T>& scene, int material, TransparentShadows transparent) {
+    if constexpr (!F::secondary) {
+        return T(0);
+    } else {
+        const Coefficients<T>& c = scene.secondary[material];
+        if (transparent == TransparentShadows::opaque) return T(0);
+        if (transparent == TransparentShadows::free && any_positive(c.transmission)) return T(1);
+        if (transparent == TransparentShadows::glass)  // the mean of the channels
+            return T(1) - c.opacity + (c.transmission.x + c.transmission.y + c.transmission.z) / T(3);
+        return T(1) - c.opacity;
+    }
+}
+
+// The facet's own g.L, g not normalised, of a triangle and the direction L.
+template <class T>
+inline T rises(const Triangle<T>& p, const Vec3<T>& L) {
+    const Vec3<T> e = p.b - p.a, f = p.c - p.a;
+    return (e.y * f.z - e.z * f.y) * L.x + (e.z * f.x - e.x * f.z) * L.y + (e.x * f.y - e.y * f.x) * L.z;
+}
+
+// Whether N.L falls along the direction L on triangle `i`, as its interpolated normals imply.
+//
+// A smooth surface that is hollow there meets a ray of small N.L again after 2 N.L over its curvature: the point is in
+// shadow. But the facet turns its back to the light, so its shadow ray slips out behind the neighbours: a leak.
+template <class T>
+inline bool hollow(const Scene<T>& scene, int i, const Vec3<T>& L, T side) {
+    const Triangle<T>& p = scene.points[i];
+    const Vec3<T> e = p.b - p.a, f = p.c - p.a, g = cross(e, f);
+    // the change of the barycentric coordinates b1 and b2 along L, times |g|^2
+    const T d1 = dot(cross(L, f), g), d2 = dot(cross(e, L), g);
+    const Corners& c = scene.corner[i];
+    const Vec3<T>* n = scene.normal;
+    const T first = dot(n[c.b] - n[c.a], L), second = dot(n[c.c] - n[c.a], L);
+    return (d1 * first + d2 * second) * side < 0;
+}
+
+// Where a chord beneath a smooth surface starts: its N'.L and the facet's sagitta there.
+template <class T>
+struct Chord {
+    T side;  // -1 where the viewer sees the mesh from behind
+    T slope, depth;
+};
+
+// Whether the hit of a ray that started beneath its own facet is facet self-shadow, not a real shadow.
+//
+// The ray must leave the body there, and its chord of length t must stay within the sagitta: a smooth curve that leaves
+// the chord's ends with the slopes N'.L deviates from it by at most t/4 times the larger slope.
+template <class T>
+inline bool excused(const Scene<T>& scene, int i, const Met<T>& met, const Vec3<T>& L, const Chord<T>& chord) {
+    if (scene.sagitta[i] < 0 || rises(scene.points[i], L) * chord.side <= 0) return false;
+    const Corners& c = scene.corner[i];
+    const Vec3<T>* n = scene.normal;
+    const Vec3<T> m = met.b0 * n[c.a] + met.b1 * n[c.b] + met.b2 * n[c.c];
+    const T end = std::abs(m.x * L.x + m.y * L.y + m.z * L.z) / length(m);
+    return met.t * std::max(chord.slope, end) <= T(4) * std::max(chord.depth, scene.sagitta[i]);
+}
+
+// A shadow ray.
+//
+// `triangle` and `sphere` (or -1) are what the point lies on; the sphere is never hit, nor is the triangle's face if the
+// ray `leaves` it exactly. `forgive` 1 is the reference: where the facet turns its back to the light (the interpolated
+// normal does not, or nobody would ask), its ray runs beneath the surface. Then hits on the same mesh are passed over
+// where `excused` says so, and light into a `hollow` is held back; both count as forgiven. At a corner, where facets
+// disagree, `forgive` 2 asks `excused` whichever way this one faces; 0 forgives nothing. `culled` is the fault of passing
+// through faces that the ray meets from behind.
+template <class T>
+struct ShadowRay {
+    Ray<T> ray;
+    T tmin, tmax;
+    int triangle, sphere;
+    bool leaves;
+    int forgive;
+    T side, slope;
+    TransparentShadows transparent;
+    bool culled;
+};
+
+template <class T>
+struct LightShare {
+    T share;  // of the light that arrives
+    bool forgiven;
+};
+
+// Each crossing of a surface with opacity attenuates by 1 - opacity, or as `transparent` has it (see let_through).
+template <class T, class F>
+LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
+    const Ray<T>& ray = shadow.ray;
+    const Vec3<T>& L = ray.direction;
+    T light = 1;
+    bool forgiven = false, own_mesh = false;
+    int face = -1, owner = -1;
+    Chord<T> chord{shadow.side, shadow.slope, 0};
+    if (shadow.triangle >= 0) {
+        owner = scene.object[shadow.triangle];
+        chord.depth = scene.sagitta[shadow.triangle];
+        if (shadow.leaves) face = scene.face[shadow.triangle];
+        const bool under = shadow.forgive > 0 && chord.depth >= 0 &&
+                           rises(scene.points[shadow.triangle], L) * shadow.side <= 0;
+        if (under && hollow(scene, shadow.triangle, L, shadow.side)) return {0, true};
+        own_mesh = under || (shadow.forgive > 1 && chord.depth >= 0);
+    }
+    if (scene.triangles) {
+        const Walk<T> walk(ray);
+        bool dark = false;
+        visit_triangles(scene, walk, shadow.tmin, shadow.tmax, [&](std::int32_t i) {
+            const Met<T> met = ray_triangle(ray.origin, walk.frame, scene.points[i]);
+            if (!(met.t > shadow.tmin && met.t < shadow.tmax) || scene.face[i] == face) return true;
+            if (shadow.culled && rises(scene.points[i], L) > 0) return true;
+            if (own_mesh && scene.object[i] == owner && excused(scene, i, met, L, chord)) {
+                forgiven = true;
+                return true;
+            }
+            light *= let_through<T, F>(scene, scene.material[scene.object[i]], shadow.transparent);
+            dark = light <= 0;
+            return !dark;
+        });
+        if (dark) return {0, false};
+    }
+    if constexpr (F::spheres) {
+        for (std::int64_t i = 0; i < scene.spheres.count; ++i) {
+            if (i == shadow.sphere) continue;
+            const Roots<T> roots = sphere_roots(scene.spheres, i, ray);
+            for (const T t : {roots.near, roots.far}) {
+                if (shadow.tmin < t && t < shadow.tmax)
+                    light *= let_through<T, F>(scene, scene.material[scene.spheres.object[i]], shadow.transparent);
+            }
+            if (light <= 0) return {0, false};
+        }
+    }
+    return {light, forgiven};
+}
+
+}  // namespace notabug

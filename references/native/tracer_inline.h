@@ -1,0 +1,35 @@
+// The bodies of tracer.h, for the file that instantiates them in one precision.
+#pragma once
+
+#include "tracer.h"
+
+namespace notabug {
+
+template <class T>
+void render(const Scene<T>& scene, const Options& option, std::int64_t width, std::int64_t height,
+            const std::int64_t* pixels, std::int64_t count, const Pattern& pattern, const Film& film, int threads) {
+    const auto with = [&](auto features) {
+        using F = decltype(features);
+        render_pixels<T, F>(scene, option, width, height, pixels, count, pattern, film, threads);
+    };
+    if (scene.spheres.count) {
+        scene.secondary ? with(Features<true, true>{}) : with(Features<true, false>{});
+    } else {
+        scene.secondary ? with(Features<false, true>{}) : with(Features<false, false>{});
+    }
+}
+
+template <class T>
+void trace(const Scene<T>& scene, const Ray<T>* rays, std::int64_t count, std::int64_t* hits, T* distances,
+           Vec3<T>* barycentric, int threads) {
+    parallel(count, 1024, threads, [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t j = begin; j < end; ++j) {
+            const Hit<T> hit = closest(scene, rays[j], T(0), infinity<T>, -1);
+            hits[j] = hit.triangle;
+            distances[j] = hit.t;
+            barycentric[j] = {hit.b0, hit.b1, hit.b2};
+        }
+    });
+}
+
+}  // namespace notabug

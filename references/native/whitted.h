@@ -1,0 +1,297 @@
+// Radiance along a ray: lights with shadow rays, and Whitted's recursion (1980, "An improved illumination model for
+// shaded display", CACM 23(6)) as a stack of rays that wait.
+#pragma once
+
+#include "surface.h"
+
+namespace notabug {
+
+constexpr int bounces = 8;
+constexpr int waiting_rays = 64;  // that may wait: three a hit, one of them followed at once
+constexpr int passages = 64;      // straight passages through opacity a path may have; they are no bounces
+
+// What must not be mixed within a pixel, as one number: in its lower bits, `seen_bits`, the objects, on flat facets the
+// normal, and the lights whose highlights are not cut off; in the upper ones the lights that are blocked.
+constexpr std::uint64_t seen_bits = (std::uint64_t(1) << 40) - 1;
+constexpr std::uint64_t facing_prime = 1048573;  // of the lights that make highlights so much goes into what is seen
+constexpr std::int64_t dark_prime = 8388593;     // below 2^23: of the lights that are blocked goes into the bits above
+
+template <class T>
+struct Radiance {
+    Vec3<T> colour;
+    std::int64_t id;  // 0 is the background
+    bool spared;      // the first hit was spared facet self-shadow
+};
+
+// What is told of the first hit; this one listens to nothing. See probe.h for one that does.
+struct NoRecord {
+    static constexpr bool listens = false;
+};
+
+// Of the light that a surface sends towards the viewer.
+template <class T>
+struct Lit {
+    Vec3<T> colour{0, 0, 0};
+    std::uint64_t blocked = 0, facing = 0;  // one bit for each light
+    std::uint64_t flags = 0;                // see Identity
+    bool any = false;                       // whether a light was looked at
+    bool forgiven = false;
+};
+
+// One camera ray with all that follows from it.
+template <class T, class F, class Record>
+struct Whitted {
+    const Scene<T>& scene;
+    const Options& option;
+    T pixel_angle;
+    Record& record;
+
+    // Where rays leave a surface from: `at`, moved by `beside` along the facet's normal to the side that they go to.
+    struct Departure {
+        Vec3<T> at;
+        T beside, clear;
+    };
+
+    // A light as seen from a point.
+    struct Seen {
+        Vec3<T> L;
+        T distance, end, falloff;
+    };
+
+    Seen look(const Light<T>& light, const Vec3<T>& at) const {
+        if (light.kind != 0) return {-light.place, infinity<T>, infinity<T>, 1};
+        const Vec3<T> to = light.place - at;
+        const T distance = length(to);
+        T falloff = T(1) / (distance * distance);
+        if (option.falloff == Falloff::linear) falloff = T(1) / distance;
+        if (option.falloff == Falloff::none) falloff = 1;
+        return {to / distance, distance, option.shadow_rays == ShadowRays::unbounded ? infinity<T> : distance, falloff};
+    }
+
+    // Whether the hit's own error loses the light: it lifts the hit off or sinks it in, and the light meets the surface
+    // again at error / N.L. An epsilon of more than half a pixel's footprint would detach shadows that are real.
+    bool acne(int k, const Ray<T>& ray, T t, const Vec3<T>& at, T steep) const {
+        if (!((option.acne >> std::min(k, 63)) & 1)) return false;
+        const Vec3<T> o = absolute(ray.origin), x = absolute(at);
+        const T reach = o.x + o.y + o.z + t + x.x + x.y + x.z;
+        const T limit = option.start == Start::absolute ? static_cast<T>(option.epsilon)  // the renderer's own prevents
+                                                        : pixel_angle * t;
+        return static_cast<T>(option.hit_error) * reach > steep * limit;
+    }
+
+    Lit<T> lights(const Waiting<T>& from, const Sight<T>& sight, const Surface<T>& s, const Departure& start,
+                  int material, const Vec3<T>& colour, const Vec3<T>& primary_view, bool primary) const {
+        Lit<T> lit;
+        const Ray<T>& ray = from.ray;
+        const Hit<T>& hit = sight.hit;
+        const bool gouraud = option.gouraud && s.sagitta >= 0;
+        const bool exact = option.start == Start::exact;
+        const T lift = static_cast<T>(option.offset) * std::max(s.sagitta, T(0));  // Snyder and Barr 1987
+        const Vec3<T>& g = s.facet;
+        Vec3<T> at = s.at, N = s.normal, V = -ray.direction, leave = start.at;
+        T part = 1;
+        const int count = static_cast<int>(scene.lights);
+        const int turns = s.painted || gouraud ? count * (gouraud ? 3 : 1) : 0;
+        for (int turn = 0; turn < turns; ++turn) {
+            const int k = turn % count;
+            if (gouraud) {  // the same light at the facet's corners, as seen from where the ray started
+                const LitCorner<T> c = lit_corner(scene, hit.triangle, turn / count, s.side, ray.origin, hit.b0,
+                                                  hit.b1, hit.b2, option.silhouette);
+                at = leave = c.at, N = c.normal, V = c.view, part = c.weight;
+            }
+            const Light<T>& light = scene.light[k];
+            const Seen to = look(light, at);
+            const T nl = dot(N, to.L), gl = dot(g, to.L);
+            if constexpr (Record::listens) {
+                if (primary) record.light(k, to.distance, gl * s.side, nl, to.falloff * light.intensity, part);
+            }
+            if (nl <= 0 && !(option.uncut && scene.lobes.kind)) continue;
+            // a highlight ends abruptly where N.L = 0; diffuse light does not
+            if (scene.lobes.kind && !gouraud) lit.facing |= std::uint64_t(1) << (k & 63);
+            const T steep = std::abs(gl);
+            const bool dark = sight.unlit || acne(k, ray, hit.t, at, steep);
+            lit.any = true;
+            lit.flags = dark;
+            T share = 1;
+            if (dark) {
+                share = 0;
+            } else if (option.shadows != Shadows::none && nl > 0) {
+                // behind, an uncut highlight belongs to a shader without shadows
+                T begin = start.clear;
+                if (option.ties != Ties::nearest)  // what coincides with this surface does not shadow it
+                    begin += T(4) * sight.between / std::max(steep, static_cast<T>(0.001));
+                const T outside = gl * s.side;
+                const T beside = outside > 0 ? start.beside : -start.beside;
+                const int ball = outside > 0 && exact ? hit.sphere : -1;
+                const int forgive = option.shadows == Shadows::forgiving ? (gouraud ? 2 : 1) : 0;
+                const ShadowRay<T> shadow{{leave + beside * g + lift * N, to.L},
+                                          begin,
+                                          to.end,
+                                          hit.triangle,
+                                          ball,
+                                          exact,
+                                          forgive,
+                                          s.side,
+                                          nl,
+                                          option.transparent_shadows,
+                                          option.shadow_rays == ShadowRays::culled};
+                const LightShare<T> through = transmittance<T, F>(scene, shadow);
+                share = through.share;
+                lit.forgiven = lit.forgiven || through.forgiven;
+                if constexpr (Record::listens) {
+                    if (primary) record.shadow(scene, k, shadow, through);
+                }
+            }
+            if constexpr (Record::listens) {
+                if (primary) record.share(k, share, part);
+            }
+            if (share <= 0) {
+                if (!gouraud) lit.blocked |= std::uint64_t(1) << (k & 63);
+                continue;
+            }
+            if (share < 1 && !gouraud)  // the border of a transparent shadow is an edge too
+                lit.blocked += std::uint64_t(65536) * static_cast<std::uint64_t>(k + 1) *
+                               static_cast<std::uint64_t>(nearest(static_cast<double>(share) * 1000));
+            const bool mirrored = from.generation >= passages;
+            const T e = to.falloff * share * static_cast<T>(0.3183098861837907) * part;
+            // the fault of one view vector for all rays: the camera's
+            const bool wrong = mirrored && option.mirrored_highlight == MirroredHighlight::primary;
+            T raw = 0;
+            if (option.raw_vectors) raw = light.kind == 0 ? to.distance : T(1);
+            T h = highlight(scene.lobes, material, N, to.L, wrong ? primary_view : V, raw);
+            if (mirrored && option.mirrored_highlight == MirroredHighlight::lost) h = 0;
+            const Vec3<T> E = e * light.intensity;
+            const T lambert = std::max(nl, T(0));
+            const Vec3<T> diffuse{E.x * colour.x * lambert, E.y * colour.y * lambert, E.z * colour.z * lambert};
+            lit.colour = lit.colour + diffuse;
+            Vec3<T> specular{0, 0, 0};
+            if (scene.lobes.kind) {
+                const Vec3<T>& tint = scene.lobes.specular[material].colour;
+                specular = {E.x * h * tint.x, E.y * h * tint.y, E.z * h * tint.z};
+                lit.colour = lit.colour + specular;
+            }
+            if constexpr (Record::listens) {
+                if (primary) record.terms(k, diffuse, specular);
+            }
+        }
+        return lit;
+    }
+
+    // The mirror, refracted and straight rays that leave the surface; pushed onto `rays` of which `n` wait.
+    int send(const Waiting<T>& from, const Hit<T>& hit, const Surface<T>& s, const Departure& start,
+             const Coefficients<T>& c, Waiting<T>* rays, int n) const {
+        const Vec3<T>& D = from.ray.direction;
+        const Vec3<T>& N = s.normal;
+        const Vec3<T>& g = s.facet;
+        const Vec3<T> V = -D;
+        const int depth = from.generation / passages;
+        const T nv = dot(N, V);
+        Vec3<T> R = (T(2) * nv) * N - V;
+        if (option.unreversed) {
+            const T flat = N.x * N.x + N.z * N.z;
+            if (flat > 0) {
+                const T swing = T(2) * (R.x * N.z - R.z * N.x) / flat;  // along y x N
+                R.x = R.x - swing * N.z, R.z = R.z + swing * N.x;
+            }
+        } else if (option.retroreflection) {
+            R = V;
+        }
+        Vec3<T> mirror = c.mirror;
+        const bool goes_on = depth < bounces;
+        if (goes_on && any_positive(c.transmission)) {
+            const bool enters = option.counted_glass ? from.inside != s.object : s.side > 0;
+            const T eta = enters ? T(1) / c.ior : c.ior;
+            const T k2 = T(1) - eta * eta * (T(1) - nv * nv);
+            if (k2 < 0) {  // total internal reflection: the ray goes on as a mirror ray
+                if (!option.lost_reflection) mirror = mirror + c.transmission;
+                if (option.whole_reflection) mirror = {1, 1, 1};
+            } else if (n < waiting_rays) {
+                const Vec3<T> refracted = (eta * nv - std::sqrt(k2)) * N - eta * V;
+                // N' and the facet disagree about whether it has come through
+                const bool low = s.sagitta >= 0 && !option.self_refraction && dot(g, refracted) * s.side > 0;
+                rays[n++] = {{start.at - start.beside * g, refracted},
+                             mul(from.weight, c.transmission),
+                             from.generation + passages,
+                             s.face,
+                             -1,
+                             -dot(N, refracted),
+                             low ? hit.triangle : -1,
+                             enters ? s.object : -1};
+            }
+        }
+        if (goes_on && any_positive(mirror) && n < waiting_rays) {
+            const bool rising = dot(g, R) * s.side > 0;
+            const bool low = s.sagitta >= 0 && !option.self_reflection && !rising;
+            rays[n++] = {{start.at + (rising ? start.beside : -start.beside) * g, R},
+                         mul(from.weight, mirror),
+                         from.generation + passages,
+                         s.face,
+                         rising && s.side > 0 ? hit.sphere : -1,
+                         nv,
+                         low && nv > 0 ? hit.triangle : -1,
+                         from.inside};
+        }
+        if (c.opacity < 1 && n < waiting_rays && from.generation % passages < passages - 1) {
+            rays[n++] = {{start.at - start.beside * g, D},
+                         (T(1) - c.opacity) * from.weight,
+                         from.generation + 1,
+                         s.face,
+                         -1,
+                         0,
+                         -1,
+                         from.inside};
+        }
+        return n;
+    }
+
+    Radiance<T> along(const Ray<T>& camera_ray, T near, T far) const {
+        Waiting<T> rays[waiting_rays];
+        rays[0] = {camera_ray, {1, 1, 1}, 0, -1, -1, 0, -1, -1};
+        const Vec3<T> primary_view = -camera_ray.direction;
+        Radiance<T> made{{0, 0, 0}, 0, false};
+        std::uint64_t seen = 0, dark = 0;
+        int n = 1;
+        while (n) {
+            const Waiting<T> from = rays[--n];
+            const T tmin = from.generation ? clearance(scene, option, from.ray.origin) : near;
+            Sight<T> sight;
+            if (!see<T, F>(scene, option, from, tmin, far, sight)) continue;
+            if (!settle<T, F>(scene, option, from.ray, sight)) continue;
+            const Hit<T>& hit = sight.hit;
+            const Surface<T> s = surface<T, F>(scene, option, from.ray, hit);
+            const int material = scene.material[s.object];
+            Vec3<T> colour = albedo(scene, material, s.u, s.v);
+            if (sight.blend >= 0) colour = T(0.5) * (colour + albedo(scene, sight.blend, s.u, s.v));
+            Departure start{s.at, 0, clearance(scene, option, s.at)};
+            if (option.start == Start::error_bound) {
+                const Bounded<T> better = bounded<T, F>(scene, hit, s.at, s.facet);
+                start.at = better.at, start.beside = better.error;
+            }
+            start.beside *= s.side;
+            const bool primary = from.generation == 0;
+            if constexpr (Record::listens) {
+                if (primary) record.surface(scene, from.ray, hit, s, colour);
+            }
+            const Lit<T> lit = lights(from, sight, s, start, material, colour, primary_view, primary);
+            T opaque = 1;
+            if constexpr (F::secondary) opaque = scene.secondary[material].opacity;
+            made.colour = made.colour + mul(opaque * from.weight, lit.colour);
+            seen = seen * 31 + static_cast<std::uint64_t>(s.object + 1) + facing_prime * lit.facing;
+            dark = (lit.any ? lit.flags : dark) * 31 + lit.blocked;
+            if (s.sagitta < 0 && hit.triangle >= 0) seen += 67108864 * facet_code(s.facet);
+            if (primary) made.spared = lit.forgiven;
+            if constexpr (F::secondary) n = send(from, hit, s, start, scene.secondary[material], rays, n);
+        }
+        std::int64_t rest = static_cast<std::int64_t>(dark) % dark_prime;
+        if (rest < 0) rest += dark_prime;
+        made.id = static_cast<std::int64_t>((seen & seen_bits) | (static_cast<std::uint64_t>(rest) << 40));
+        return made;
+    }
+
+    static std::uint64_t facet_code(const Vec3<T>& g) {
+        const auto part = [](T x) { return static_cast<std::uint64_t>(nearest(static_cast<double>(x) * 512)); };
+        return part(g.x) + 7 * part(g.y) + 49 * part(g.z);
+    }
+};
+
+}  // namespace notabug
