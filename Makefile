@@ -1,27 +1,31 @@
 # Two commands on a fresh machine: `make run` and `make test`. Each does all the set-up it needs first.
-# Needs Python >= 3.11, make and the network; installs POV-Ray, LLVM and Mesa too where it may (see .ci/renderers).
+# Needs Python >= 3.11, make and the network; installs a C++ compiler where there is none (see .ci/compiler), and POV-Ray,
+# LLVM and Mesa where it may (see .ci/renderers).
 
 # The first that is new enough; 3.11 is the version the pins in constraints.txt were resolved with.
 PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3 python; do \
 	"$$each" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v "$$each"; break; }; done)
 BIN := .venv/bin
 
-.PHONY: help setup renderers browser run test lint format bench clean
+.PHONY: help setup renderers browser run test lint format bench wheel clean
 
 help:
 	@echo "make run    set up, render all scenes, judge (ARGS='SCENE -r RENDERER ...' for some)"
 	@echo "make test   set up, run the tests (ARGS='-k name')"
 	@echo "make lint   set up, check format, style and types"
 	@echo "make bench  set up, measure speed (ARGS='verdict --quick': how well it judges)"
+	@echo "make wheel  build the wheel into dist/"
 	@echo "make setup  only the set-up; make clean removes it"
 
 setup: .venv/installed renderers
 
-.venv/installed: pyproject.toml constraints.txt
+# Whatever the extension is built from builds it again.
+.venv/installed: pyproject.toml constraints.txt setup.py $(wildcard references/native/*.h references/native/*.cpp)
 	@test -n "$(PYTHON)" || { echo "no Python >= 3.11 on PATH; install one (apt install python3 python3-venv, or pyenv install 3.11) or: make PYTHON=/path/to/python3.11" >&2; exit 1; }
 	@test -x $(BIN)/python || "$(PYTHON)" -m venv .venv || { rm -rf .venv; echo "$(PYTHON) cannot make a virtual environment; on Debian: apt install python3-venv" >&2; exit 1; }
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[mitsuba,opengl,bench,dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools pybind11
+	CXX=$$(.ci/compiler $(BIN)/python) && export CXX && $(BIN)/python -m pip install --quiet --disable-pip-version-check \
+		--no-build-isolation -c constraints.txt -e '.[mitsuba,opengl,bench,dev]'
 	@touch $@
 
 renderers: .venv/installed
@@ -48,5 +52,8 @@ format: .venv/installed
 bench: setup
 	$(BIN)/notabug bench $(or $(ARGS),speed)
 
+wheel: .venv/installed
+	CXX=$$(.ci/compiler $(BIN)/python) && export CXX && $(BIN)/python -m pip wheel --quiet --no-build-isolation --no-deps -w dist .
+
 clean:
-	rm -rf .venv notabug-out build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf .venv references/_native.*.so notabug-out build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
