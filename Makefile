@@ -7,13 +7,14 @@ PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3 python; d
 	"$$each" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v "$$each"; break; }; done)
 BIN := .venv/bin
 
-.PHONY: help setup renderers browser run test lint format bench wheel clean
+.PHONY: help setup renderers browser run test lint format bench wheel sanitize clean
 
 help:
 	@echo "make run    set up, render all scenes, judge (ARGS='SCENE -r RENDERER ...' for some)"
 	@echo "make test   set up, run the tests (ARGS='-k name')"
 	@echo "make lint   set up, check format, style and types"
 	@echo "make bench  set up, measure speed (ARGS='verdict --quick': how well it judges)"
+	@echo "make sanitize  run a few tests on an extension that is built with sanitizers"
 	@echo "make wheel  build the wheel into dist/"
 	@echo "make setup  only the set-up; make clean removes it"
 
@@ -54,6 +55,9 @@ bench: setup
 
 wheel: .venv/installed
 	CXX=$$(.ci/compiler $(BIN)/python) && export CXX && $(BIN)/python -m pip wheel --quiet --no-build-isolation --no-deps -w dist .
+
+sanitize: .venv/installed
+	.ci/sanitize $(BIN)/python
 
 clean:
 	rm -rf .venv references/_native.*.so notabug-out build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -1,6 +1,7 @@
 """The C++ extension notabug.references._native; everything else about the distribution is in pyproject.toml.
 
 ``CXX`` names another compiler than the one Python was built with: ``CXX='python -m ziglang c++'`` works too.
+``CXXFLAGS`` are added to the flags.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ HEADERS = sorted(FOLDER.glob("*.h"))
 # No contraction to FMA and no fast math: results are the same to the last bit on any processor, and so without
 # -march=native. Nobody reads errno of a square root.
 FLAGS = ["-std=c++20", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-Wall", "-Wextra", "-g0"]
+EXTRA = shlex.split(os.environ.get("CXXFLAGS", ""))  # of whoever builds: `make sanitize` does
 
 
 def source_hash() -> str:
@@ -57,8 +59,8 @@ setup(
             depends=[path.as_posix() for path in HEADERS],
             include_dirs=[get_include(), FOLDER.as_posix()],
             define_macros=[("NOTABUG_SOURCES", f'"{source_hash()}"'), ("NDEBUG", None)],
-            extra_compile_args=FLAGS,
-            extra_link_args=[] if sys.platform == "win32" else ["-pthread"],
+            extra_compile_args=FLAGS + EXTRA,
+            extra_link_args=[] if sys.platform == "win32" else ["-pthread", *EXTRA],
             language="c++",
         )
     ],

@@ -100,7 +100,8 @@ void render_pixel(const Tracer& tracer, const Camera<T>& camera, std::int64_t wi
                                            : place_of<T>(pattern, pixel, s);
         const auto through = camera_ray(camera, static_cast<T>(column) + here.x, static_cast<T>(row) + here.y, width, height);
         const Radiance<T> found = tracer.along(through.ray, through.near, through.far);
-        const double value[3] = {found.colour.x, found.colour.y, found.colour.z};
+        const Vec3<double> colour = widened(found.colour);
+        const double value[3] = {colour.x, colour.y, colour.z};
         if (s == 0) {
             first = last = found.id;
             std::copy(value, value + 3, lo);
@@ -132,7 +133,8 @@ void render_pixel(const Tracer& tracer, const Camera<T>& camera, std::int64_t wi
         last = found.id;
         excuses += found.spared;
         const Vec3<T> square = mul(found.colour, found.colour);
-        const double squared[3] = {square.x, square.y, square.z};
+        const Vec3<double> wide = widened(square);
+        const double squared[3] = {wide.x, wide.y, wide.z};
         for (int k = 0; k < 3; ++k) sum[k] = sum[k] + value[k], squares[k] = squares[k] + squared[k];
     }
     const double n = static_cast<double>(samples);

@@ -67,7 +67,7 @@ void raster(const Scene<T>& scene, const std::int64_t* order, const View<T>& vie
             double sum[3] = {};
             for (std::int64_t s = 0; s < grid * grid; ++s) {
                 const std::int64_t row = pixel / width * grid + s / grid, column = pixel % width * grid + s % grid;
-                const Vec3<T>& colour = band.colour[static_cast<std::size_t>(row * columns + column)];
+                const Vec3<double> colour = widened(band.colour[static_cast<std::size_t>(row * columns + column)]);
                 sum[0] += colour.x, sum[1] += colour.y, sum[2] += colour.z;
             }
             for (int c = 0; c < 3; ++c)

@@ -77,6 +77,11 @@ struct Ray {
 };
 
 template <class T>
+inline Vec3<double> widened(const Vec3<T>& a) {
+    return {static_cast<double>(a.x), static_cast<double>(a.y), static_cast<double>(a.z)};
+}
+
+template <class T>
 constexpr T infinity = std::numeric_limits<T>::infinity();
 
 // The integer below x. What no integer holds, infinities and NaN included, becomes the smallest one, on any machine.

@@ -15,8 +15,7 @@ WHITE = Material("/White", (1.0, 1.0, 1.0))
 
 
 class Maker:
-    """Builds scenes. ``full`` adds one of every feature behind the camera, so that all scenes with it share one
-    compiled kernel: compiling takes longer than every picture here."""
+    """Builds scenes. ``full`` adds one of every feature behind the camera, so that the code for it takes part."""
 
     def mesh(
         self,
