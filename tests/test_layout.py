@@ -30,10 +30,16 @@ OURS = (
     "*.html",
     "*.css",
     "*.usda",
+    "*.h",
+    "*.cpp",
+    "*.pyi",
+    "*.in",
     "Makefile",
     "run",
     "renderers",
     "browser",
+    "compiler",
+    "sanitize",
 )
 
 
@@ -162,23 +168,63 @@ def normal(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-@pytest.mark.slow
-def test_the_wheel_holds_every_module_and_every_data_file(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from the sdist, which is built from a copy: so both are complete."""
     pytest.importorskip("setuptools", minversion="77")
-    subprocess.run(
-        [
-            *(sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"),
-            *("--disable-pip-version-check", "-w", str(tmp_path), str(_copy(tmp_path / "source"))),
-        ],
-        check=True,
-        capture_output=True,
-    )
-    (wheel,) = tmp_path.glob("*.whl")
+    pytest.importorskip("pybind11")
+    if shutil.which("c++") is None:
+        pytest.skip("needs c++ to build the extension")
+    folder = tmp_path_factory.mktemp("wheel")
+    source = _copy(folder / "source")
+    for each in (source / "references").glob("_native.*.so"):
+        each.unlink()
+    _run(source, sys.executable, "setup.py", "--quiet", "sdist", "--dist-dir", str(folder))
+    (archive,) = folder.glob("*.tar.gz")
+    pip = (sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation")
+    _run(folder, *pip, "--disable-pip-version-check", "-w", str(folder), str(archive))
+    (made,) = folder.glob("*.whl")
+    return made
+
+
+def _run(folder: Path, *words: str, **environment: str) -> str:
+    variables = {**os.environ, **environment}
+    done = subprocess.run(words, cwd=folder, env=variables, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_the_wheel_holds_every_module_and_every_data_file(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     assert len(names) == len(set(names))
     assert {name.split("/")[0] for name in names} == {"notabug", f"notabug-{wheel.name.split('-')[1]}.dist-info"}
     wanted = {_installed(path.relative_to(ROOT)) for floor in FLOORS for path in [*sources(floor), *_data(floor)]}
     assert wanted - set(names) == set()
+    assert [each for each in names if re.fullmatch(r"notabug/references/_native\.[\w.-]+\.so", each)]
+
+
+@pytest.mark.slow
+def test_the_installed_wheel_judges_without_a_compiler_and_without_a_home(wheel: Path, tmp_path: Path) -> None:
+    """Its dependencies are this environment's; PATH is empty, and the cache's place can hold no folder."""
+    site, picture = tmp_path / "site", tmp_path / "picture.exr"
+    zipfile.ZipFile(wheel).extractall(site)
+    code = f"""
+import notabug
+assert notabug.__file__.startswith({str(site)!r}), notabug.__file__
+from notabug.references.tracer.envelope import trace_envelope
+from notabug.scenes_usd.picture import write_exr
+from notabug.scenes_usd.reader import read_scene
+scene = read_scene("terminator/sphere", {{"tessellation": "8x4"}})
+write_exr({str(picture)!r}, trace_envelope(scene.as_intended()).point.astype("float32"))
+import sys
+sys.argv = ["notabug", "judge", {str(picture)!r}, "--scene", "terminator/sphere", "--variant", "tessellation=8x4"]
+from notabug.__main__ import main
+main()
+"""
+    nowhere = str(tmp_path / "picture.exr" / "below a file")
+    environment = {"PYTHONPATH": str(site), "PATH": "", "HOME": nowhere, "NOTABUG_CACHE": nowhere}
+    assert "correct" in _run(tmp_path, sys.executable, "-c", code, **environment)
 
 
 def _installed(path: Path) -> str:

@@ -93,6 +93,7 @@ Scene<T> scene_of(const py::handle& flat) {
         scene.quads.corners = corners.data;
         scene.quads.plane = field_of<T, PlaneQuad<T>>(quads, "plane", corners.count);
         scene.quads.frame = field_of<T, PlaneFrame<T>>(quads, "frame", corners.count);
+        scene.quads.points = field_of<T, QuadPoints<T>>(quads, "points", corners.count);
     }
     if (const py::object textures = flat.attr("textures"); !textures.is_none()) {
         scene.textures.texels = field<T, Vec3<T>>(textures, "texels").data;

@@ -14,7 +14,7 @@ Options options_of(const py::handle& from) {
     Options to;
     to.shadows = choice<Shadows, 3>(from, "shadows", {"forgiving", "facets", "none"});
     to.normals = choice<Normals, 2>(from, "normals", {"unit", "raw"});
-    to.silhouette = choice<Silhouette, 3>(from, "silhouette", {"keep", "flip", "black"});
+    to.silhouette = choice<Silhouette, 4>(from, "silhouette", {"keep", "flip", "black", "flip_lit"});
     to.affine = from.attr("affine").cast<bool>();
     to.raw_vectors = from.attr("raw_vectors").cast<bool>();
     to.uncut = from.attr("uncut").cast<bool>();
@@ -32,6 +32,7 @@ Options options_of(const py::handle& from) {
     to.self_refraction = from.attr("self_refraction").cast<bool>();
     to.counted_glass = from.attr("counted_glass").cast<bool>();
     to.gouraud = from.attr("gouraud").cast<bool>();
+    to.gouraud_shadows = choice<GouraudShadows, 3>(from, "gouraud_shadows", {"corners", "pixels", "none"});
     to.falloff = choice<Falloff, 3>(from, "falloff", {"square", "linear", "none"});
     to.shadow_rays = choice<ShadowRays, 3>(from, "shadow_rays", {"bounded", "unbounded", "culled"});
     to.lost_reflection = from.attr("lost_reflection").cast<bool>();
@@ -41,6 +42,13 @@ Options options_of(const py::handle& from) {
     to.epsilon = from.attr("epsilon").cast<double>();
     to.refine = from.attr("refine").cast<bool>();
     to.offset = from.attr("offset").cast<double>();
+    to.shadow_gap = from.attr("shadow_gap").cast<double>();
+    to.gap_loses = choice<GapLoses, 2>(from, "gap_loses", {"crossings", "objects"});
+    to.ray_gap = from.attr("ray_gap").cast<double>();
+    to.sphere_error = from.attr("sphere_error").cast<double>();
+    to.bounces = from.attr("bounces").cast<int>();
+    to.counted_passages = from.attr("counted_passages").cast<bool>();
+    to.texels = choice<Texels, 2>(from, "texels", {"bilinear", "nearest"});
     return to;
 }
 

@@ -9,10 +9,13 @@ namespace notabug {
 
 enum class Shadows { forgiving, facets, none };
 enum class Normals { unit, raw };
-enum class Silhouette { keep, flip, black };
+enum class Silhouette { keep, flip, black, flip_lit };
 enum class MirroredHighlight { own, primary, lost };
 enum class TransparentShadows { attenuate, opaque, free, glass };
 enum class Ties { nearest, first, another, unlit, blend, hole, next };
+enum class GouraudShadows { corners, pixels, none };
+enum class GapLoses { crossings, objects };
+enum class Texels { bilinear, nearest };
 enum class Start { exact, none, absolute, relative, error_bound };
 enum class Falloff { square, linear, none };
 enum class ShadowRays { bounded, unbounded, culled };
@@ -36,6 +39,7 @@ struct Options {
     bool self_refraction = false;
     bool counted_glass = false;
     bool gouraud = false;
+    GouraudShadows gouraud_shadows = GouraudShadows::corners;
     Falloff falloff = Falloff::square;
     ShadowRays shadow_rays = ShadowRays::bounded;
     bool lost_reflection = false;
@@ -45,6 +49,13 @@ struct Options {
     double epsilon = 0.0;
     bool refine = false;
     double offset = 0.0;
+    double shadow_gap = 0.0;
+    GapLoses gap_loses = GapLoses::crossings;
+    double ray_gap = 0.0;
+    double sphere_error = 0.0;
+    int bounces = 8;
+    bool counted_passages = false;
+    Texels texels = Texels::bilinear;
 };
 
 }  // namespace notabug

@@ -64,11 +64,17 @@ struct QuadCorners {
 };
 
 template <class T>
+struct QuadPoints {
+    Vec3<T> point[4];
+};
+
+template <class T>
 struct Quads {
     const std::int32_t* of_triangle = nullptr;  // quad of each triangle, or -1; null where the scene has none
     const QuadCorners* corners = nullptr;
     const PlaneQuad<T>* plane = nullptr;
     const PlaneFrame<T>* frame = nullptr;
+    const QuadPoints<T>* points = nullptr;
 };
 
 struct TextureInfo {

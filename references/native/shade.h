@@ -11,6 +11,7 @@ template <class T>
 struct Weights {
     std::int32_t c0, c1, c2, c3;
     T w0, w1, w2, w3;
+    std::int32_t quad;  // or -1
 
     Vec3<T> of(const Vec3<T>* value) const {
         return w0 * value[c0] + w1 * value[c1] + w2 * value[c2] + w3 * value[c3];
@@ -25,12 +26,12 @@ template <class T>
 inline Weights<T> corner_weights(const Scene<T>& scene, int i, T b0, T b1, T b2, const Vec3<T>& at) {
     const Corners& c = scene.corner[i];
     const std::int32_t q = scene.quads.of_triangle ? scene.quads.of_triangle[i] : -1;
-    if (q < 0) return {c.a, c.b, c.c, c.c, b0, b1, b2, 0};
+    if (q < 0) return {c.a, c.b, c.c, c.c, b0, b1, b2, 0, -1};
     const PlaneFrame<T>& f = scene.quads.frame[q];
     const Vec3<T> h = at - f.origin;
     const auto [s, t] = inverse_bilinear(dot(h, f.x), dot(h, f.y), scene.quads.plane[q]);
     const std::int32_t* k = scene.quads.corners[q].corner;
-    return {k[0], k[1], k[2], k[3], (1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t};
+    return {k[0], k[1], k[2], k[3], (1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t, q};
 }
 
 // The fault of affine interpolation: barycentric coordinates as they are on the screen. A vertex at depth z weighs b * z
@@ -52,12 +53,14 @@ inline std::int64_t wrapped(std::int64_t index, std::int64_t size, std::int64_t 
     return rest < 0 ? rest + size : rest;
 }
 
-// Bilinear lookup of texture `k` at (u, v); texel centres lie at half-integers, v = 0 is the bottom edge.
+// Bilinear lookup of texture `k` at (u, v), or its nearest texel; texel centres lie at half-integers, v = 0 is the bottom
+// edge.
 template <class T>
-inline Vec3<T> texel(const Textures<T>& textures, int k, T u, T v) {
+inline Vec3<T> texel(const Textures<T>& textures, int k, T u, T v, Texels texels) {
     const TextureInfo& info = textures.info[k];
-    const T x = u * static_cast<T>(info.width) - T(0.5);
-    const T y = (1 - v) * static_cast<T>(info.height) - T(0.5);
+    T x = u * static_cast<T>(info.width) - T(0.5);
+    T y = (1 - v) * static_cast<T>(info.height) - T(0.5);
+    if (texels == Texels::nearest) x = std::floor(x + T(0.5)), y = std::floor(y + T(0.5));
     const std::int64_t fx = whole(x), fy = whole(y);
     const T ax = x - static_cast<T>(fx), ay = y - static_cast<T>(fy);
     const std::int64_t x0 = wrapped(fx, info.width, info.wrap_s), x1 = wrapped(fx + 1, info.width, info.wrap_s);
@@ -70,9 +73,9 @@ inline Vec3<T> texel(const Textures<T>& textures, int k, T u, T v) {
 
 // The diffuse colour of `material` at (u, v).
 template <class T>
-inline Vec3<T> albedo(const Scene<T>& scene, int material, T u, T v) {
+inline Vec3<T> albedo(const Scene<T>& scene, int material, T u, T v, Texels texels = Texels::bilinear) {
     if (scene.textures.info && scene.texture[material] >= 0)
-        return texel(scene.textures, scene.texture[material], u, v);
+        return texel(scene.textures, scene.texture[material], u, v, texels);
     return scene.diffuse[material];
 }
 
@@ -103,15 +106,17 @@ struct LitCorner {
     T weight;
 };
 
-// Corner `k` of triangle `i`: position, unit normal, V towards `eye`, barycentric weight. `side` is -1 where the facet is
-// seen from behind. A normal that faces away from the viewer is kept, flipped, or its corner painted black (weight 0).
+// Corner `k` of triangle `i`, or of its quad: position, unit normal, V towards `eye`, share of the colour. `side` is -1
+// where the facet is seen from behind. A normal that faces away from the viewer is kept, flipped, or its corner painted
+// black (weight 0).
 template <class T>
-inline LitCorner<T> lit_corner(const Scene<T>& scene, int i, int k, T side, const Vec3<T>& eye, T b0, T b1, T b2,
-                               Silhouette silhouette) {
+inline LitCorner<T> lit_corner(const Scene<T>& scene, int i, int k, const Weights<T>& weights, T side,
+                               const Vec3<T>& eye, Silhouette silhouette) {
     const Triangle<T>& p = scene.points[i];
-    const Corners& c = scene.corner[i];
-    const Vec3<T>& n = scene.normal[k == 0 ? c.a : k == 1 ? c.b : c.c];
-    LitCorner<T> made{k == 0 ? p.a : k == 1 ? p.b : p.c, {}, {}, k == 0 ? b0 : k == 1 ? b1 : b2};
+    const Weights<T>& w = weights;
+    const Vec3<T>& n = scene.normal[k == 0 ? w.c0 : k == 1 ? w.c1 : k == 2 ? w.c2 : w.c3];
+    LitCorner<T> made{k == 0 ? p.a : k == 1 ? p.b : p.c, {}, {}, k == 0 ? w.w0 : k == 1 ? w.w1 : k == 2 ? w.w2 : w.w3};
+    if (w.quad >= 0) made.at = scene.quads.points[w.quad].point[k];
     made.view = eye - made.at;
     made.view = (T(1) / length(made.view)) * made.view;
     made.normal = (side / length(n)) * n;

@@ -72,7 +72,7 @@ inline bool excused(const Scene<T>& scene, int i, const Met<T>& met, const Vec3<
 // normal does not, or nobody would ask), its ray runs beneath the surface. Then hits on the same mesh are passed over
 // where `excused` says so, and light into a `hollow` is held back; both count as forgiven. At a corner, where facets
 // disagree, `forgive` 2 asks `excused` whichever way this one faces; 0 forgives nothing. `culled` is the fault of passing
-// through faces that the ray meets from behind.
+// through faces that the ray meets from behind. Within `gap` of the start and of the last crossing there is none.
 template <class T>
 struct ShadowRay {
     Ray<T> ray;
@@ -83,6 +83,8 @@ struct ShadowRay {
     T side, slope;
     TransparentShadows transparent;
     bool culled;
+    T gap;
+    GapLoses gap_loses;
 };
 
 template <class T>
@@ -90,6 +92,49 @@ struct LightShare {
     T share;  // of the light that arrives
     bool forgiven;
 };
+
+// As transmittance, from one crossing to the next: of those within the gap of the last one none counts.
+//
+// `face` is what the ray leaves, `own` the object whose facets may be forgiven, or -1. Where the gap loses objects, the
+// next crossing of one that is met within it does not count either, where the ray leaves it again.
+template <class T, class F>
+LightShare<T> stepped(const Scene<T>& scene, const ShadowRay<T>& shadow, int face, int own, const Chord<T>& chord) {
+    const Ray<T>& ray = shadow.ray;
+    const bool objects = shadow.gap_loses == GapLoses::objects;
+    T light = 1, last = -infinity<T>, tmin = std::max(shadow.tmin, shadow.gap);
+    bool forgiven = false;
+    int lost = -1;
+    while (true) {
+        Hit<T> hit = closest(scene, ray, tmin, shadow.tmax, face);
+        if constexpr (F::spheres) {
+            const Hit<T> ball = closest_sphere(scene.spheres, ray, tmin, hit.t, shadow.sphere);
+            if (ball.sphere >= 0) hit = ball;
+        }
+        if (hit.triangle < 0 && hit.sphere < 0) return {light, forgiven};
+        int owner = 0;
+        if (hit.triangle >= 0) {
+            owner = scene.object[hit.triangle];
+            const Met<T> met{hit.t, hit.b0, hit.b1, hit.b2};
+            const bool excuse = owner == own && excused(scene, hit.triangle, met, ray.direction, chord);
+            if (excuse || (shadow.culled && rises(scene.points[hit.triangle], ray.direction) > 0)) {
+                forgiven = forgiven || excuse;
+                tmin = hit.t;
+                continue;
+            }
+        } else {
+            owner = scene.spheres.object[hit.sphere];
+        }
+        if (objects && (hit.t - last < shadow.gap || owner == lost)) {
+            lost = hit.t - last < shadow.gap ? owner : -1;
+            last = tmin = hit.t;
+            continue;
+        }
+        light *= let_through<T, F>(scene, scene.material[owner], shadow.transparent);
+        if (light <= 0) return {light, false};
+        last = hit.t;
+        tmin = objects ? hit.t : hit.t + shadow.gap;
+    }
+}
 
 // Each crossing of a surface with opacity attenuates by 1 - opacity, or as `transparent` has it (see let_through).
 template <class T, class F>
@@ -109,6 +154,7 @@ LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
         if (under && hollow(scene, shadow.triangle, L, shadow.side)) return {0, true};
         own_mesh = under || (shadow.forgive > 1 && chord.depth >= 0);
     }
+    if (shadow.gap > 0) return stepped<T, F>(scene, shadow, face, own_mesh ? owner : -1, chord);
     if (scene.triangles) {
         const Walk<T> walk(ray);
         bool dark = false;

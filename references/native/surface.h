@@ -98,6 +98,8 @@ struct Surface {
     T u, v, sagitta;
     int face, object;
     bool painted;
+    bool turned;         // a normal that faced away was flipped, and the light it is turned to is not blocked
+    Weights<T> weights;  // of the face's corners, on a mesh
 };
 
 template <class T>
@@ -121,6 +123,7 @@ void mesh_surface(const Scene<T>& scene, const Options& option, const Ray<T>& ra
         s.normal = weights.of(scene.normal);
         if (option.normals == Normals::unit) s.normal = s.normal / length(s.normal);
     }
+    s.weights = weights;
     if (scene.textures.info) {
         if (option.affine) {
             const Vec3<T> screen = screen_weights(scene, i, hit.b0, hit.b1, hit.b2);
@@ -142,7 +145,7 @@ void sphere_surface(const Scene<T>& scene, const Ray<T>& ray, const Hit<T>& hit,
 
 template <class T, class F>
 Surface<T> surface(const Scene<T>& scene, const Options& option, const Ray<T>& ray, const Hit<T>& hit) {
-    Surface<T> s{ray.origin + hit.t * ray.direction, {}, {0, 0, 1}, 1, 0, 0, -1, -1, 0, true};
+    Surface<T> s{ray.origin + hit.t * ray.direction, {}, {0, 0, 1}, 1, 0, 0, -1, -1, 0, true, false, {}};
     if (hit.triangle >= 0) {
         mesh_surface(scene, option, ray, hit, s);
     } else if constexpr (F::spheres) {
@@ -150,7 +153,8 @@ Surface<T> surface(const Scene<T>& scene, const Options& option, const Ray<T>& r
     }
     s.normal = s.side * s.normal;
     if (dot(s.normal, -ray.direction) < 0) {
-        if (option.silhouette == Silhouette::flip) s.normal = -s.normal;
+        s.turned = option.silhouette == Silhouette::flip_lit;
+        if (s.turned || option.silhouette == Silhouette::flip) s.normal = -s.normal;
         s.painted = option.silhouette != Silhouette::black;
     }
     return s;

@@ -6,7 +6,6 @@
 
 namespace notabug {
 
-constexpr int bounces = 8;
 constexpr int waiting_rays = 64;  // that may wait: three a hit, one of them followed at once
 constexpr int passages = 64;      // straight passages through opacity a path may have; they are no bounces
 
@@ -70,13 +69,18 @@ struct Whitted {
 
     // Whether the hit's own error loses the light: it lifts the hit off or sinks it in, and the light meets the surface
     // again at error / N.L. An epsilon of more than half a pixel's footprint would detach shadows that are real.
-    bool acne(int k, const Ray<T>& ray, T t, const Vec3<T>& at, T steep) const {
+    bool acne(int k, const Ray<T>& ray, const Hit<T>& hit, const Vec3<T>& at, T steep) const {
         if (!((option.acne >> std::min(k, 63)) & 1)) return false;
         const Vec3<T> o = absolute(ray.origin), x = absolute(at);
-        const T reach = o.x + o.y + o.z + t + x.x + x.y + x.z;
+        const T reach = o.x + o.y + o.z + hit.t + x.x + x.y + x.z;
+        T error = static_cast<T>(option.hit_error) * reach;
+        if constexpr (F::spheres) {
+            if (hit.sphere >= 0)
+                error += static_cast<T>(option.sphere_error) * cancelling(scene.spheres, hit.sphere, ray);
+        }
         const T limit = option.start == Start::absolute ? static_cast<T>(option.epsilon)  // the renderer's own prevents
-                                                        : pixel_angle * t;
-        return static_cast<T>(option.hit_error) * reach > steep * limit;
+                                                        : pixel_angle * hit.t;
+        return error > steep * limit;
     }
 
     Lit<T> lights(const Waiting<T>& from, const Sight<T>& sight, const Surface<T>& s, const Departure& start,
@@ -86,18 +90,23 @@ struct Whitted {
         const Hit<T>& hit = sight.hit;
         const bool gouraud = option.gouraud && s.sagitta >= 0;
         const bool exact = option.start == Start::exact;
+        // shadows are those of the point itself, not of the corners
+        const bool here = !gouraud || option.gouraud_shadows == GouraudShadows::pixels;
+        const bool shadows = option.shadows != Shadows::none && !s.turned &&
+                             !(gouraud && option.gouraud_shadows == GouraudShadows::none);
         const T lift = static_cast<T>(option.offset) * std::max(s.sagitta, T(0));  // Snyder and Barr 1987
         const Vec3<T>& g = s.facet;
         Vec3<T> at = s.at, N = s.normal, V = -ray.direction, leave = start.at;
         T part = 1;
         const int count = static_cast<int>(scene.lights);
-        const int turns = s.painted || gouraud ? count * (gouraud ? 3 : 1) : 0;
+        const int turns = s.painted || gouraud ? count * (!gouraud ? 1 : s.weights.quad >= 0 ? 4 : 3) : 0;
         for (int turn = 0; turn < turns; ++turn) {
             const int k = turn % count;
             if (gouraud) {  // the same light at the facet's corners, as seen from where the ray started
-                const LitCorner<T> c = lit_corner(scene, hit.triangle, turn / count, s.side, ray.origin, hit.b0,
-                                                  hit.b1, hit.b2, option.silhouette);
-                at = leave = c.at, N = c.normal, V = c.view, part = c.weight;
+                const LitCorner<T> c = lit_corner(scene, hit.triangle, turn / count, s.weights, s.side, ray.origin,
+                                                  option.silhouette);
+                at = c.at, N = c.normal, V = c.view, part = c.weight;
+                if (!here) leave = at;
             }
             const Light<T>& light = scene.light[k];
             const Seen to = look(light, at);
@@ -109,32 +118,36 @@ struct Whitted {
             // a highlight ends abruptly where N.L = 0; diffuse light does not
             if (scene.lobes.kind && !gouraud) lit.facing |= std::uint64_t(1) << (k & 63);
             const T steep = std::abs(gl);
-            const bool dark = sight.unlit || acne(k, ray, hit.t, at, steep);
+            const bool dark = sight.unlit || acne(k, ray, hit, at, steep);
             lit.any = true;
             lit.flags = dark;
             T share = 1;
             if (dark) {
                 share = 0;
-            } else if (option.shadows != Shadows::none && nl > 0) {
+            } else if (shadows && nl > 0) {
                 // behind, an uncut highlight belongs to a shader without shadows
                 T begin = start.clear;
                 if (option.ties != Ties::nearest)  // what coincides with this surface does not shadow it
                     begin += T(4) * sight.between / std::max(steep, static_cast<T>(0.001));
-                const T outside = gl * s.side;
+                const Seen aim = gouraud && here ? look(light, s.at) : to;
+                const T slope = gouraud && here ? std::max(dot(s.normal, aim.L), T(0)) : nl;
+                const T outside = dot(g, aim.L) * s.side;
                 const T beside = outside > 0 ? start.beside : -start.beside;
                 const int ball = outside > 0 && exact ? hit.sphere : -1;
-                const int forgive = option.shadows == Shadows::forgiving ? (gouraud ? 2 : 1) : 0;
-                const ShadowRay<T> shadow{{leave + beside * g + lift * N, to.L},
+                const int forgive = option.shadows == Shadows::forgiving ? (here ? 1 : 2) : 0;
+                const ShadowRay<T> shadow{{leave + beside * g + lift * N, aim.L},
                                           begin,
-                                          to.end,
+                                          aim.end,
                                           hit.triangle,
                                           ball,
                                           exact,
                                           forgive,
                                           s.side,
-                                          nl,
+                                          slope,
                                           option.transparent_shadows,
-                                          option.shadow_rays == ShadowRays::culled};
+                                          option.shadow_rays == ShadowRays::culled,
+                                          static_cast<T>(option.shadow_gap),
+                                          option.gap_loses};
                 const LightShare<T> through = transmittance<T, F>(scene, shadow);
                 share = through.share;
                 lit.forgiven = lit.forgiven || through.forgiven;
@@ -146,10 +159,10 @@ struct Whitted {
                 if (primary) record.share(k, share, part);
             }
             if (share <= 0) {
-                if (!gouraud) lit.blocked |= std::uint64_t(1) << (k & 63);
+                if (here) lit.blocked |= std::uint64_t(1) << (k & 63);
                 continue;
             }
-            if (share < 1 && !gouraud)  // the border of a transparent shadow is an edge too
+            if (share < 1 && here)  // the border of a transparent shadow is an edge too
                 lit.blocked += std::uint64_t(65536) * static_cast<std::uint64_t>(k + 1) *
                                static_cast<std::uint64_t>(nearest(static_cast<double>(share) * 1000));
             const bool mirrored = from.generation >= passages;
@@ -197,7 +210,8 @@ struct Whitted {
             R = V;
         }
         Vec3<T> mirror = c.mirror;
-        const bool goes_on = depth < bounces;
+        const int passed = from.generation % passages;
+        const bool goes_on = depth + (option.counted_passages ? passed : 0) < option.bounces;
         if (goes_on && any_positive(c.transmission)) {
             const bool enters = option.counted_glass ? from.inside != s.object : s.side > 0;
             const T eta = enters ? T(1) / c.ior : c.ior;
@@ -231,7 +245,7 @@ struct Whitted {
                          low && nv > 0 ? hit.triangle : -1,
                          from.inside};
         }
-        if (c.opacity < 1 && n < waiting_rays && from.generation % passages < passages - 1) {
+        if (c.opacity < 1 && n < waiting_rays && passed < passages - 1 && (goes_on || !option.counted_passages)) {
             rays[n++] = {{start.at - start.beside * g, D},
                          (T(1) - c.opacity) * from.weight,
                          from.generation + 1,
@@ -253,15 +267,17 @@ struct Whitted {
         int n = 1;
         while (n) {
             const Waiting<T> from = rays[--n];
-            const T tmin = from.generation ? clearance(scene, option, from.ray.origin) : near;
+            T tmin = near;
+            if (from.generation)
+                tmin = std::max(clearance(scene, option, from.ray.origin), static_cast<T>(option.ray_gap));
             Sight<T> sight;
             if (!see<T, F>(scene, option, from, tmin, far, sight)) continue;
             if (!settle<T, F>(scene, option, from.ray, sight)) continue;
             const Hit<T>& hit = sight.hit;
             const Surface<T> s = surface<T, F>(scene, option, from.ray, hit);
             const int material = scene.material[s.object];
-            Vec3<T> colour = albedo(scene, material, s.u, s.v);
-            if (sight.blend >= 0) colour = T(0.5) * (colour + albedo(scene, sight.blend, s.u, s.v));
+            Vec3<T> colour = albedo(scene, material, s.u, s.v, option.texels);
+            if (sight.blend >= 0) colour = T(0.5) * (colour + albedo(scene, sight.blend, s.u, s.v, option.texels));
             Departure start{s.at, 0, clearance(scene, option, s.at)};
             if (option.start == Start::error_bound) {
                 const Bounded<T> better = bounded<T, F>(scene, hit, s.at, s.facet);
@@ -278,7 +294,7 @@ struct Whitted {
             made.colour = made.colour + mul(opaque * from.weight, lit.colour);
             seen = seen * 31 + static_cast<std::uint64_t>(s.object + 1) + facing_prime * lit.facing;
             dark = (lit.any ? lit.flags : dark) * 31 + lit.blocked;
-            if (s.sagitta < 0 && hit.triangle >= 0) seen += 67108864 * facet_code(s.facet);
+            if (s.sagitta <= 0 && hit.triangle >= 0) seen += 67108864 * facet_code(s.facet);
             if (primary) made.spared = lit.forgiven;
             if constexpr (F::secondary) n = send(from, hit, s, start, scene.secondary[material], rays, n);
         }

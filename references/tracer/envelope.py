@@ -25,7 +25,8 @@ class Options:
 
     shadows : ``forgiving`` spares a smooth mesh the shadows of its own facets, ``facets`` does not, ``none`` casts
     none. normals : interpolated normals are ``unit`` or left ``raw``, i.e. not normalised again.
-    silhouette : an interpolated normal that faces away from the viewer is kept, flipped, or painted black.
+    silhouette : an interpolated normal that faces away from the viewer is kept, flipped, or painted black; or flipped
+        by a renderer without shadow rays, ``flip_lit``: the light that it is turned to is not blocked.
     affine : interpolate uv in screen space (n-gons must have been cut into triangles).
     raw_vectors : highlights are computed from vectors that were not normalised.
     uncut : highlights go on where N.L < 0.
@@ -47,13 +48,23 @@ class Options:
         facet meets the facets beside it, instead of passing them.
     counted_glass : whether a ray enters glass or leaves it follows from how often it has passed a surface of it, not
         from the side of the facet that it meets.
-    gouraud : a smooth mesh is lit, and shadowed, at the corners of its triangles, and the colours are interpolated.
+    gouraud : a smooth mesh is lit at the corners of its faces, and the colours are interpolated: those of a quad
+        bilinearly, unless it was cut into triangles. gouraud_shadows : they are shadowed at the ``corners``, at each
+        point (``pixels``), or not at all (``none``).
     falloff : a point light's irradiance falls with the ``square`` of the distance, with the distance (``linear``) or
         not at all (``none``).
     shadow_rays : end at the light, are ``unbounded``, or pass through faces that they meet from behind (``culled``).
     lost_reflection : total internal reflection sends on nothing.
     acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``, or
-        where an ``absolute`` epsilon is too small for it: one bit for each light, -1 for all.
+        where an ``absolute`` epsilon is too small for it: one bit for each light, -1 for all. On spheres
+        ``sphere_error`` times |O - C|^2 / r is added: what a difference of squares of that size is off by.
+    shadow_gap : a shadow ray passes over what it meets within this distance of where it starts and of its last
+        crossing: surfaces nearer to each other count once. gap_loses : that crossing alone (``crossings``), or the one
+        where the ray leaves the same object again, too (``objects``).
+    ray_gap : so does a mirror ray, a refracted one, and one that goes straight on, of where it starts.
+    texels : a texture is read ``bilinear`` between its texels, or the ``nearest`` one counts.
+    bounces, counted_passages : how many mirror and refracted rays a path may have one after the other; straight
+        passages through opacity count as well, or do not.
     start : how a ray leaves a surface: see start.py. ``epsilon`` is the length of ``absolute``, and what ``relative``
         multiplies with coordinates and distance.
     refine : the ray is shot back at the facet's plane to correct the hit (Woo, Pearce and Ouellette 1996).
@@ -62,7 +73,7 @@ class Options:
 
     shadows: Literal["forgiving", "facets", "none"] = "forgiving"
     normals: Literal["unit", "raw"] = "unit"
-    silhouette: Literal["keep", "flip", "black"] = "keep"
+    silhouette: Literal["keep", "flip", "black", "flip_lit"] = "keep"
     affine: bool = False
     raw_vectors: bool = False
     uncut: bool = False
@@ -78,6 +89,7 @@ class Options:
     self_refraction: bool = False
     counted_glass: bool = False
     gouraud: bool = False
+    gouraud_shadows: Literal["corners", "pixels", "none"] = "corners"
     falloff: Literal["square", "linear", "none"] = "square"
     shadow_rays: Literal["bounded", "unbounded", "culled"] = "bounded"
     lost_reflection: bool = False
@@ -87,6 +99,13 @@ class Options:
     epsilon: float = 0.0
     refine: bool = False
     offset: float = 0.0
+    shadow_gap: float = 0.0
+    gap_loses: Literal["crossings", "objects"] = "crossings"
+    ray_gap: float = 0.0
+    sphere_error: float = 0.0
+    bounces: int = 8
+    counted_passages: bool = False
+    texels: Literal["bilinear", "nearest"] = "bilinear"
 
     def for_scene(self, scene: Scene) -> Options:
         """The same, without looking for the first of coincident objects where there is only one."""
