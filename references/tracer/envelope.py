@@ -57,6 +57,8 @@ class Options:
     lost_reflection : total internal reflection sends on nothing.
     acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``, or
         where an ``absolute`` epsilon is too small for it: one bit for each light, -1 for all.
+    bounces, counted_passages : how many mirror and refracted rays a path may have one after the other; straight passages
+        through opacity count as well, or do not.
     start : how a ray leaves a surface: see start.py. ``epsilon`` is the length of ``absolute``, and what ``relative``
         multiplies with coordinates and distance.
     refine : the ray is shot back at the facet's plane to correct the hit (Woo, Pearce and Ouellette 1996).
@@ -90,6 +92,8 @@ class Options:
     epsilon: float = 0.0
     refine: bool = False
     offset: float = 0.0
+    bounces: int = 8
+    counted_passages: bool = False
 
     def encoded(self) -> npt.NDArray[np.int64]:
         """The switches in the order of the columns in render.py."""
@@ -116,6 +120,8 @@ class Options:
                 ("square", "linear", "none").index(self.falloff),
                 ("bounded", "unbounded", "culled").index(self.shadow_rays),
                 int(self.lost_reflection),
+                self.bounces,
+                int(self.counted_passages),
             ]
         )
 

@@ -36,13 +36,14 @@ from notabug.references.tracer.traverse import closest, closest_sphere, excused,
     FALLOFF,
     SHADOW_RAYS,
     LOST,
-) = range(21)
+    BOUNCES,
+    COUNT_PASSAGES,
+) = range(23)
 # Columns of the numbers array.
 RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET = range(5)
 EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
 FACING = 1048573  # a prime: of the lights that make highlights so much goes into what is seen
 DARK = 8388593  # a prime below 2^23: of the lights that are blocked so much goes into the bits above
-BOUNCES = 8
 RAY = 15  # columns of a ray that waits: see radiance
 PROBES = 8  # halvings of the way between two samples of a pixel
 PENDING = 64  # rays that may wait in the recursion's stack: three a hit, one of them followed at once
@@ -336,6 +337,8 @@ def radiance(
             spared = forgiven_here
         if secondary is not None:
             c = secondary.coefficients[material]
+            passed = generation % PASSAGES
+            spent = depth + (passed if option[COUNT_PASSAGES] else 0)
             nv = nx * vx + ny * vy + nz * vz
             two = type(dx)(2)
             mx, my, mz = two * nv * nx - vx, two * nv * ny - vy, two * nv * nz - vz
@@ -345,7 +348,7 @@ def radiance(
                 swing = two * (mx * nz - mz * nx) / (nx * nx + nz * nz)  # along y x N
                 mx, mz = mx - swing * nz, mz + swing * nx
             mr, mg, mb = c[1], c[2], c[3]
-            if depth < BOUNCES and (c[4] > 0 or c[5] > 0 or c[6] > 0):
+            if spent < option[BOUNCES] and (c[4] > 0 or c[5] > 0 or c[6] > 0):
                 enters = inside != owner if option[COUNTED] else side > 0
                 eta = one / c[7] if enters else c[7]
                 k2 = one - eta * eta * (one - nv * nv)
@@ -364,7 +367,7 @@ def radiance(
                         wr * c[4], wg * c[5], wb * c[6], generation + PASSAGES,
                         face, -1, -(nx * rx + ny * ry + nz * rz), i if low else -1, owner if enters else -1,
                     )  # fmt: skip
-            if depth < BOUNCES and (mr > 0 or mg > 0 or mb > 0) and pending < PENDING:
+            if spent < option[BOUNCES] and (mr > 0 or mg > 0 or mb > 0) and pending < PENDING:
                 rising = (gx * mx + gy * my + gz * mz) * side > 0
                 to = beside if rising else -beside
                 low = sag >= 0 and not option[SELF_REFLECTION] and not rising
@@ -373,7 +376,8 @@ def radiance(
                     generation + PASSAGES, face, ball if rising and side > 0 else -1,
                     nv, i if low and nv > 0 else -1, inside,
                 )  # fmt: skip
-            if opaque < 1 and pending < PENDING and generation % PASSAGES < PASSAGES - 1:
+            on = passed < PASSAGES - 1 and (spent < option[BOUNCES] or not option[COUNT_PASSAGES])
+            if opaque < 1 and pending < PENDING and on:
                 rest = one - opaque
                 pending = _push(
                     rays, pending, sx - beside * gx, sy - beside * gy, sz - beside * gz, dx, dy, dz,
