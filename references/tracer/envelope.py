@@ -57,6 +57,9 @@ class Options:
     lost_reflection : total internal reflection sends on nothing.
     acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``, or
         where an ``absolute`` epsilon is too small for it: one bit for each light, -1 for all.
+    shadow_gap : a shadow ray passes over what it meets within this distance of where it starts and of its last crossing:
+        surfaces nearer to each other count once.
+    ray_gap : so does a mirror ray, a refracted one, and one that goes straight on, of where it starts.
     bounces, counted_passages : how many mirror and refracted rays a path may have one after the other; straight passages
         through opacity count as well, or do not.
     start : how a ray leaves a surface: see start.py. ``epsilon`` is the length of ``absolute``, and what ``relative``
@@ -92,6 +95,8 @@ class Options:
     epsilon: float = 0.0
     refine: bool = False
     offset: float = 0.0
+    shadow_gap: float = 0.0
+    ray_gap: float = 0.0
     bounces: int = 8
     counted_passages: bool = False
 
@@ -127,7 +132,17 @@ class Options:
 
     def numbers(self) -> Floats:
         """The real parameters in the order of the columns in render.py."""
-        return np.array([self.resolution, self.near_resolution, self.hit_error, self.epsilon, self.offset])
+        return np.array(
+            [
+                self.resolution,
+                self.near_resolution,
+                self.hit_error,
+                self.epsilon,
+                self.offset,
+                self.shadow_gap,
+                self.ray_gap,
+            ]
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -40,7 +40,7 @@ from notabug.references.tracer.traverse import closest, closest_sphere, excused,
     COUNT_PASSAGES,
 ) = range(23)
 # Columns of the numbers array.
-RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET = range(5)
+RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET, SHADOW_GAP, RAY_GAP = range(7)
 EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
 FACING = 1048573  # a prime: of the lights that make highlights so much goes into what is seen
 DARK = 8388593  # a prime below 2^23: of the lights that are blocked so much goes into the bits above
@@ -114,7 +114,7 @@ def radiance(
         depth = generation // PASSAGES
         tmin = near
         if generation:
-            tmin = clearance(flat, option[START], number[EPSILON], unit, ox, oy, oz)
+            tmin = max(clearance(flat, option[START], number[EPSILON], unit, ox, oy, oz), type(dx)(number[RAY_GAP]))
         if option[START]:
             skip, skip_sphere = -1, -1
         i, t, b0, b1, b2 = closest(
@@ -299,7 +299,7 @@ def radiance(
                     ex + to * gx + lift * nx, ey + to * gy + lift * ny, ez + to * gz + lift * nz,
                     lx, ly, lz, begin, end, i, ball if gl > 0 and leaves else -1, leaves,
                     (2 if gouraud else 1) if option[SHADOWS] == 0 else 0, side, nl, option[TRANSPARENT],
-                    option[SHADOW_RAYS] == 2, stack,
+                    option[SHADOW_RAYS] == 2, type(dx)(number[SHADOW_GAP]), stack,
                 )  # fmt: skip
                 forgiven_here = forgiven_here or forgiven
             if share <= 0:

@@ -233,6 +233,42 @@ def excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):
 
 
 @kernel
+def _stepped(
+    flat, spheres, secondary, ox, oy, oz, dx, dy, dz, tmin, tmax, skip, own, sphere, side, slope, depth, transparent,
+    culled, gap, stack,
+):  # fmt: skip
+    """As ``transmittance``, from one crossing to the next: of those within ``gap`` of the last one none counts.
+
+    ``skip`` is the face that the ray leaves, ``own`` the object whose facets may be forgiven, or -1.
+    """
+    one = type(dx)(1)
+    light, forgiven = one, False
+    while True:
+        i, t, b0, b1, b2 = closest(
+            flat.bounds, flat.child, flat.size, flat.points, flat.face, ox, oy, oz, dx, dy, dz, tmin, tmax, skip, stack
+        )
+        ball = -1
+        if spheres is not None:
+            ball, ts = closest_sphere(spheres, ox, oy, oz, dx, dy, dz, tmin, t, sphere)
+            if ball >= 0:
+                i, t = -1, ts
+        if i < 0 and ball < 0:
+            return light, forgiven
+        if i >= 0:
+            excuse = flat.object[i] == own and excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth)
+            if excuse or (culled and rises(flat, i, dx, dy, dz) > 0):
+                forgiven = forgiven or excuse
+                tmin = t
+                continue
+            light *= let_through(secondary, flat.material[flat.object[i]], transparent, one)
+        elif spheres is not None:
+            light *= let_through(secondary, flat.material[spheres.object[ball]], transparent, one)
+        if light <= one - one:
+            return light, False
+        tmin = t + gap
+
+
+@kernel
 def transmittance(
     flat,
     spheres,
@@ -253,6 +289,7 @@ def transmittance(
     slope,
     transparent,
     culled,
+    gap,
     stack,
 ):
     """The share of light that reaches (ox, oy, oz) along a unit direction, and whether facets of its own were forgiven.
@@ -263,8 +300,8 @@ def transmittance(
     are passed over where ``excused`` says so, and light into a ``hollow`` is held back; both count as forgiven. At a
     corner, where facets disagree, ``forgive`` 2 asks ``excused`` whichever way this one faces. ``side`` is -1 where the
     point is seen from behind, ``slope`` its N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or
-    as ``transparent`` has it (see ``let_through``). ``culled`` is the fault of passing through faces that the ray meets
-    from behind.
+    as ``transparent`` has it (see ``let_through``); within ``gap`` of the start and of the last one there is none.
+    ``culled`` is the fault of passing through faces that the ray meets from behind.
     """
     one, zero = type(dx)(1), type(dx)(0)
     light = one
@@ -278,6 +315,11 @@ def transmittance(
         if under and hollow(flat, triangle, dx, dy, dz, side):
             return zero, True
         own_mesh = under or (forgive > 1 and depth >= 0)
+    if gap > zero:
+        return _stepped(
+            flat, spheres, secondary, ox, oy, oz, dx, dy, dz, max(tmin, gap), tmax, face, owner if own_mesh else -1,
+            sphere, side, slope, depth, transparent, culled, gap, stack,
+        )  # fmt: skip
     bounds, child, count, points = flat.bounds, flat.child, flat.size, flat.points
     if points.shape[0]:
         kx, ky, kz, sx, sy, sz = shear(dx, dy, dz)
