@@ -50,7 +50,9 @@ class Options:
         facet meets the facets beside it, instead of passing them.
     counted_glass : whether a ray enters glass or leaves it follows from how often it has passed a surface of it, not
         from the side of the facet that it meets.
-    gouraud : a smooth mesh is lit, and shadowed, at the corners of its triangles, and the colours are interpolated.
+    gouraud : a smooth mesh is lit at the corners of its faces, and the colours are interpolated: those of a quad
+        bilinearly, unless it was cut into triangles. gouraud_shadows : they are shadowed at the ``corners``, at each
+        point (``pixels``), or not at all (``none``).
     falloff : a point light's irradiance falls with the ``square`` of the distance, with the distance (``linear``) or
         not at all (``none``).
     shadow_rays : end at the light, are ``unbounded``, or pass through faces that they meet from behind (``culled``).
@@ -86,6 +88,7 @@ class Options:
     self_refraction: bool = False
     counted_glass: bool = False
     gouraud: bool = False
+    gouraud_shadows: Literal["corners", "pixels", "none"] = "corners"
     falloff: Literal["square", "linear", "none"] = "square"
     shadow_rays: Literal["bounded", "unbounded", "culled"] = "bounded"
     lost_reflection: bool = False
@@ -119,7 +122,7 @@ class Options:
                 int(self.self_reflection),
                 int(self.self_refraction),
                 int(self.counted_glass),
-                int(self.gouraud),
+                int(self.gouraud) * (1 + ("corners", "pixels", "none").index(self.gouraud_shadows)),
                 ("exact", "none", "absolute", "relative", "error_bound").index(self.start),
                 int(self.refine),
                 ("square", "linear", "none").index(self.falloff),

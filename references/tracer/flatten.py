@@ -26,6 +26,7 @@ class Quads(NamedTuple):
     corners: Array  # (q, 4) face corners into Flat.normal and Flat.uv
     plane: Array  # (q, 8) x, y of the four corners in the face's plane, in a unit of about its size
     frame: Array  # (q, 9) origin, x axis, y axis, both over that unit
+    points: Array  # (q, 12) the four corners
 
 
 class Textures(NamedTuple):
@@ -197,7 +198,8 @@ def _quads(found: list[tuple[npt.NDArray[np.float64], int, int]], face: Array, r
         corners.append(np.arange(first, first + 4))
         plane.append(np.stack([(points - points[0]) @ x, (points - points[0]) @ y], axis=1).ravel())
         frame.append(np.concatenate([points[0], x, y]))
-    return Quads(of_face[face], np.array(corners, np.int32), real(plane), real(frame))
+    points = real([each.ravel() for each, _, _ in found])
+    return Quads(of_face[face], np.array(corners, np.int32), real(plane), real(frame), points)
 
 
 def _textures(scene: Scene, real: Any) -> Textures | None:

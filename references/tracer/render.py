@@ -169,6 +169,7 @@ def radiance(
         vx, vy, vz = -dx, -dy, -dz
         u, v, face, sag = zero, zero, -1, -one
         affine = option[AFFINE] != 0
+        c0, c1, c2, c3, w0, w1, w2, w3, sides = 0, 0, 0, 0, zero, zero, zero, zero, 3
         if i >= 0:
             face = flat.face[i]
             owner = flat.object[i]
@@ -193,12 +194,15 @@ def radiance(
                 if option[NORMALS] == 0:
                     length = math.sqrt(nx * nx + ny * ny + nz * nz)
                     nx, ny, nz = nx / length, ny / length, nz / length
+            if quads is not None and quads.of_triangle[i] >= 0:
+                sides = 4
             if textures is not None:
+                m0, m1, m2, m3 = w0, w1, w2, w3
                 if affine:
-                    w0, w1, w2 = screen_weights(flat, i, b0, b1, b2)
-                    w3 = zero
-                u = w0 * flat.uv[c0, 0] + w1 * flat.uv[c1, 0] + w2 * flat.uv[c2, 0] + w3 * flat.uv[c3, 0]
-                v = w0 * flat.uv[c0, 1] + w1 * flat.uv[c1, 1] + w2 * flat.uv[c2, 1] + w3 * flat.uv[c3, 1]
+                    m0, m1, m2 = screen_weights(flat, i, b0, b1, b2)
+                    m3 = zero
+                u = m0 * flat.uv[c0, 0] + m1 * flat.uv[c1, 0] + m2 * flat.uv[c2, 0] + m3 * flat.uv[c3, 0]
+                v = m0 * flat.uv[c0, 1] + m1 * flat.uv[c1, 1] + m2 * flat.uv[c2, 1] + m3 * flat.uv[c3, 1]
         else:
             side = one
             owner = 0
@@ -244,16 +248,21 @@ def radiance(
         lift = type(dx)(number[OFFSET]) * max(sag, zero)  # Snyder and Barr 1987: outwards by the facet's sagitta
         leaves = option[START] == 0
         gouraud = option[GOURAUD] != 0 and sag >= 0
+        shadowed_here = not gouraud or option[GOURAUD] == 2  # at the point itself, not at the corners
         px, py, pz, qx, qy, qz = x, y, z, nx, ny, nz
         ex, ey, ez = sx, sy, sz
         share_of_corner = one
-        for turn in range(flat.light.shape[0] * (3 if gouraud else 1) if painted or gouraud else 0):
+        for turn in range(flat.light.shape[0] * (sides if gouraud else 1) if painted or gouraud else 0):
             k = turn % flat.light.shape[0]
             if gouraud:  # the same light at the facet's corners, as seen from where the ray started
+                which = turn // flat.light.shape[0]
                 x, y, z, nx, ny, nz, vx, vy, vz, share_of_corner = corner(
-                    flat, i, turn // flat.light.shape[0], side, ox, oy, oz, b0, b1, b2, option[SILHOUETTE]
-                )
-                ex, ey, ez = x, y, z
+                    flat, quads, i, which, c0 if which == 0 else c1 if which == 1 else c2 if which == 2 else c3,
+                    w0 if which == 0 else w1 if which == 1 else w2 if which == 2 else w3, side, ox, oy, oz,
+                    option[SILHOUETTE],
+                )  # fmt: skip
+                if not shadowed_here:
+                    ex, ey, ez = x, y, z
             light = flat.light[k]
             if light[0] == 0:
                 lx, ly, lz = light[1] - x, light[2] - y, light[3] - z
@@ -291,21 +300,30 @@ def radiance(
                 begin += type(dx)(4) * between / max(abs(gx * lx + gy * ly + gz * lz), type(dx)(0.001))
             if dark:
                 share = zero
-            elif option[SHADOWS] != 2 and nl > 0:  # behind, an uncut highlight belongs to a shader without shadows
-                gl = (gx * lx + gy * ly + gz * lz) * side
+            elif option[SHADOWS] != 2 and nl > 0 and not (gouraud and option[GOURAUD] == 3):
+                # behind, an uncut highlight belongs to a shader without shadows
+                tx, ty, tz, slant = lx, ly, lz, nl
+                if gouraud and shadowed_here and light[0] == 0:
+                    tx, ty, tz = light[1] - px, light[2] - py, light[3] - pz
+                    span = math.sqrt(tx * tx + ty * ty + tz * tz)
+                    tx, ty, tz = tx / span, ty / span, tz / span
+                    end = span if option[SHADOW_RAYS] != 1 else end
+                if gouraud and shadowed_here:
+                    slant = max(qx * tx + qy * ty + qz * tz, zero)
+                gl = (gx * tx + gy * ty + gz * tz) * side
                 to = beside if gl > 0 else -beside
                 share, forgiven = transmittance(
                     flat, spheres, secondary,
                     ex + to * gx + lift * nx, ey + to * gy + lift * ny, ez + to * gz + lift * nz,
-                    lx, ly, lz, begin, end, i, ball if gl > 0 and leaves else -1, leaves,
-                    (2 if gouraud else 1) if option[SHADOWS] == 0 else 0, side, nl, option[TRANSPARENT],
+                    tx, ty, tz, begin, end, i, ball if gl > 0 and leaves else -1, leaves,
+                    (1 if shadowed_here else 2) if option[SHADOWS] == 0 else 0, side, slant, option[TRANSPARENT],
                     option[SHADOW_RAYS] == 2, type(dx)(number[SHADOW_GAP]), stack,
                 )  # fmt: skip
                 forgiven_here = forgiven_here or forgiven
             if share <= 0:
-                blocked |= 0 if gouraud else 1 << k
+                blocked |= 1 << k if shadowed_here else 0
                 continue
-            if share < one and not gouraud:  # the border of a transparent shadow is an edge too
+            if share < one and shadowed_here:  # the border of a transparent shadow is an edge too
                 blocked += 65536 * (k + 1) * round(share * 1000)
             e = falloff * share * inverse_pi * share_of_corner
             ux, uy, uz = vx, vy, vz
@@ -331,7 +349,7 @@ def radiance(
         g += wg * opaque * sg
         b += wb * opaque * sb
         seen, dark = seen * 31 + (owner + 1) + FACING * facing, dark * 31 + blocked
-        if sag < 0 and i >= 0:
+        if sag <= 0 and i >= 0:
             seen += 67108864 * (round(gx * 512) + 7 * round(gy * 512) + 49 * round(gz * 512))
         if generation == 0:
             spared = forgiven_here

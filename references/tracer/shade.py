@@ -109,15 +109,16 @@ def highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz, raw):
 
 
 @kernel
-def corner(flat, i, k, side, ox, oy, oz, b0, b1, b2, silhouette):
-    """Corner ``k`` of triangle ``i``, for Gouraud: position, unit normal, V towards (ox, oy, oz), weight.
+def corner(flat, quads, i, k, c, weight, side, ox, oy, oz, silhouette):
+    """Corner ``k`` of triangle ``i``, or of its quad, for Gouraud: position, unit normal, V towards (ox, oy, oz), weight.
 
-    ``side`` is -1 where the facet is seen from behind. A normal that faces away from the viewer is kept, flipped (1)
+    ``c`` is the corner's place in ``flat.normal``, ``weight`` its share of the colour. ``side`` is -1 where the facet is seen from behind. A normal that faces away from the viewer is kept, flipped (1)
     or its corner painted black (2, weight 0).
     """
-    p, n = flat.points[i], flat.normal[flat.corner[i][k]]
+    p, n = flat.points[i], flat.normal[c]
+    if quads is not None and quads.of_triangle[i] >= 0:
+        p = quads.points[quads.of_triangle[i]]
     x, y, z = p[3 * k], p[3 * k + 1], p[3 * k + 2]
-    weight = b0 if k == 0 else b1 if k == 1 else b2
     vx, vy, vz = ox - x, oy - y, oz - z
     one = type(x)(1)
     scale = one / math.sqrt(vx * vx + vy * vy + vz * vz)
