@@ -139,7 +139,7 @@ def colour(flat, lobes, textures, secondary, maps, option, order, winner, correc
                 )
             u = w0 * flat.uv[c0, 0] + w1 * flat.uv[c1, 0] + w2 * flat.uv[c2, 0]
             v = w0 * flat.uv[c0, 1] + w1 * flat.uv[c1, 1] + w2 * flat.uv[c2, 1]
-            ar, ag, ab = albedo(flat, textures, material, u, v)
+            ar, ag, ab = albedo(flat, textures, material, u, v, 0)
             r, g, b = ar * dr, ag * dg, ab * db
             if lobes is not None:
                 r += lobes.specular[material, 0] * sr

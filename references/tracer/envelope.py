@@ -62,6 +62,7 @@ class Options:
     shadow_gap : a shadow ray passes over what it meets within this distance of where it starts and of its last crossing:
         surfaces nearer to each other count once.
     ray_gap : so does a mirror ray, a refracted one, and one that goes straight on, of where it starts.
+    texels : a texture is read ``bilinear`` between its texels, or the ``nearest`` one counts.
     bounces, counted_passages : how many mirror and refracted rays a path may have one after the other; straight passages
         through opacity count as well, or do not.
     start : how a ray leaves a surface: see start.py. ``epsilon`` is the length of ``absolute``, and what ``relative``
@@ -102,6 +103,7 @@ class Options:
     ray_gap: float = 0.0
     bounces: int = 8
     counted_passages: bool = False
+    texels: Literal["bilinear", "nearest"] = "bilinear"
 
     def encoded(self) -> npt.NDArray[np.int64]:
         """The switches in the order of the columns in render.py."""
@@ -130,6 +132,7 @@ class Options:
                 int(self.lost_reflection),
                 self.bounces,
                 int(self.counted_passages),
+                ("bilinear", "nearest").index(self.texels),
             ]
         )
 

@@ -80,7 +80,7 @@ def probe(scene: Scene, options: Options, x: float, y: float, flat: Flat | None 
     if normal @ -d < 0 and options.silhouette == "flip":
         normal = -normal
     material = flat.material[owner]
-    colour = tuple(float(v) for v in albedo(flat, flat.textures, material, *uv))
+    colour = tuple(float(v) for v in albedo(flat, flat.textures, material, *uv, int(options.texels == "nearest")))
     painted = options.silhouette != "black" or normal @ -d >= 0
     terms = tuple(
         _light(flat, scene, options, k, at, d, facet, normal, i, ball, side, int(material), colour, stack)

@@ -38,7 +38,8 @@ from notabug.references.tracer.traverse import closest, closest_sphere, excused,
     LOST,
     BOUNCES,
     COUNT_PASSAGES,
-) = range(23)
+    NEAREST,
+) = range(24)
 # Columns of the numbers array.
 RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET, SHADOW_GAP, RAY_GAP = range(7)
 EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
@@ -229,10 +230,10 @@ def radiance(
             elif option[SILHOUETTE] == 2:
                 painted = False
         material = flat.material[owner]
-        ar, ag, ab = albedo(flat, textures, material, u, v)
+        ar, ag, ab = albedo(flat, textures, material, u, v, option[NEAREST])
         if blend >= 0:
             half = one / type(dx)(2)
-            br, bg, bb = albedo(flat, textures, blend, u, v)
+            br, bg, bb = albedo(flat, textures, blend, u, v, option[NEAREST])
             ar, ag, ab = half * (ar + br), half * (ag + bg), half * (ab + bb)
         opaque = one
         if secondary is not None:

@@ -51,12 +51,17 @@ def _wrapped(index, size, clamp):
 
 
 @kernel
-def texel(textures, k, u, v):
-    """Bilinear lookup of texture ``k`` at (u, v); texel centres lie at half-integers, v = 0 is the bottom edge."""
+def texel(textures, k, u, v, nearest):
+    """Bilinear lookup of texture ``k`` at (u, v), or that of the ``nearest`` texel.
+
+    Texel centres lie at half-integers, v = 0 is the bottom edge.
+    """
     first, width, height, wrap_s, wrap_t = textures.info[k]
     half, one = type(u)(0.5), type(u)(1)
     x = u * type(u)(width) - half
     y = (one - v) * type(u)(height) - half
+    if nearest:
+        x, y = type(u)(math.floor(x + half)), type(u)(math.floor(y + half))
     fx, fy = math.floor(x), math.floor(y)
     ax, ay = x - type(u)(fx), y - type(u)(fy)
     x0, x1 = _wrapped(int(fx), width, wrap_s), _wrapped(int(fx) + 1, width, wrap_s)
@@ -73,10 +78,10 @@ def texel(textures, k, u, v):
 
 
 @kernel
-def albedo(flat, textures, material, u, v):
-    """The diffuse colour of ``material`` at (u, v)."""
+def albedo(flat, textures, material, u, v, nearest):
+    """The diffuse colour of ``material`` at (u, v); ``nearest`` as in ``texel``."""
     if textures is not None and flat.texture[material] >= 0:
-        return texel(textures, flat.texture[material], u, v)
+        return texel(textures, flat.texture[material], u, v, nearest)
     return flat.diffuse[material, 0], flat.diffuse[material, 1], flat.diffuse[material, 2]
 
 
