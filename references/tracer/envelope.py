@@ -58,13 +58,14 @@ class Options:
     shadow_rays : end at the light, are ``unbounded``, or pass through faces that they meet from behind (``culled``).
     lost_reflection : total internal reflection sends on nothing.
     acne : light is lost where no reasonable epsilon prevents it, at hits whose relative error is ``hit_error``, or
-        where an ``absolute`` epsilon is too small for it: one bit for each light, -1 for all.
-    shadow_gap : a shadow ray passes over what it meets within this distance of where it starts and of its last crossing:
-        surfaces nearer to each other count once.
+        where an ``absolute`` epsilon is too small for it: one bit for each light, -1 for all. On spheres
+        ``sphere_error`` times |O - C|^2 / r is added: what a difference of squares of that size is off by.
+    shadow_gap : a shadow ray passes over what it meets within this distance of where it starts and of its last
+        crossing: surfaces nearer to each other count once.
     ray_gap : so does a mirror ray, a refracted one, and one that goes straight on, of where it starts.
     texels : a texture is read ``bilinear`` between its texels, or the ``nearest`` one counts.
-    bounces, counted_passages : how many mirror and refracted rays a path may have one after the other; straight passages
-        through opacity count as well, or do not.
+    bounces, counted_passages : how many mirror and refracted rays a path may have one after the other; straight
+        passages through opacity count as well, or do not.
     start : how a ray leaves a surface: see start.py. ``epsilon`` is the length of ``absolute``, and what ``relative``
         multiplies with coordinates and distance.
     refine : the ray is shot back at the facet's plane to correct the hit (Woo, Pearce and Ouellette 1996).
@@ -101,6 +102,7 @@ class Options:
     offset: float = 0.0
     shadow_gap: float = 0.0
     ray_gap: float = 0.0
+    sphere_error: float = 0.0
     bounces: int = 8
     counted_passages: bool = False
     texels: Literal["bilinear", "nearest"] = "bilinear"
@@ -147,6 +149,7 @@ class Options:
                 self.offset,
                 self.shadow_gap,
                 self.ray_gap,
+                self.sphere_error,
             ]
         )
 

@@ -11,7 +11,7 @@ from notabug.references.tracer.envelope import SEEN
 from notabug.references.tracer.jit import kernel
 from notabug.references.tracer.shade import albedo, corner, corner_weights, highlight, screen_weights
 from notabug.references.tracer.start import ABSOLUTE, ERROR_BOUND, bounded, clearance
-from notabug.references.tracer.traverse import closest, closest_sphere, excused, rises, rival, transmittance
+from notabug.references.tracer.traverse import cancelling, closest, closest_sphere, excused, rises, rival, transmittance
 
 # Columns of the options array: see Options in envelope.py.
 (
@@ -41,7 +41,7 @@ from notabug.references.tracer.traverse import closest, closest_sphere, excused,
     NEAREST,
 ) = range(24)
 # Columns of the numbers array.
-RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET, SHADOW_GAP, RAY_GAP = range(7)
+RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET, SHADOW_GAP, RAY_GAP, SPHERE_ERROR = range(8)
 EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
 FACING = 1048573  # a prime: of the lights that make highlights so much goes into what is seen
 DARK = 8388593  # a prime below 2^23: of the lights that are blocked so much goes into the bits above
@@ -294,7 +294,10 @@ def radiance(
                 limit = pixel_angle * t
                 if option[START] == ABSOLUTE:  # or what the renderer's own epsilon prevents
                     limit = type(dx)(number[EPSILON])
-                if type(dx)(number[HIT_ERROR]) * reach > steep * limit:
+                off = type(dx)(number[HIT_ERROR]) * reach
+                if ball >= 0 and spheres is not None:
+                    off += type(dx)(number[SPHERE_ERROR]) * cancelling(spheres, ball, ox, oy, oz, dx, dy, dz)
+                if off > steep * limit:
                     dark = True
             begin = start
             if option[TIE] > 0:  # what coincides with this surface does not shadow it

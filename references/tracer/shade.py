@@ -115,10 +115,11 @@ def highlight(lobes, material, nx, ny, nz, lx, ly, lz, vx, vy, vz, raw):
 
 @kernel
 def corner(flat, quads, i, k, c, weight, side, ox, oy, oz, silhouette):
-    """Corner ``k`` of triangle ``i``, or of its quad, for Gouraud: position, unit normal, V towards (ox, oy, oz), weight.
+    """Corner ``k`` of triangle ``i``, or of its quad, for Gouraud: its place, unit normal, V to (ox, oy, oz), weight.
 
-    ``c`` is the corner's place in ``flat.normal``, ``weight`` its share of the colour. ``side`` is -1 where the facet is seen from behind. A normal that faces away from the viewer is kept, flipped (1)
-    or its corner painted black (2, weight 0).
+    ``c`` is the corner's place in ``flat.normal``, ``weight`` its share of the colour. ``side`` is -1 where the facet
+    is seen from behind. A normal that faces away from the viewer is kept, flipped (1) or its corner painted black (2,
+    weight 0).
     """
     p, n = flat.points[i], flat.normal[c]
     if quads is not None and quads.of_triangle[i] >= 0:

@@ -165,6 +165,23 @@ def sphere_roots(spheres, i, ox, oy, oz, dx, dy, dz):
 
 
 @kernel
+def cancelling(spheres, i, ox, oy, oz, dx, dy, dz):
+    """|O - C|^2 / r of sphere ``i`` in the world's unit: a relative error of |O - C|^2 puts a hit so much off it.
+
+    An error e of the discriminant moves t by e / (2 sqrt(discriminant)), and the hit by its cosine times as much along
+    the normal; both are r cos: e / (2 r), from wherever the sphere is seen.
+    """
+    m = spheres.to_local[i]
+    lx = m[0] * ox + m[1] * oy + m[2] * oz + m[3]
+    ly = m[4] * ox + m[5] * oy + m[6] * oz + m[7]
+    lz = m[8] * ox + m[9] * oy + m[10] * oz + m[11]
+    ux, uy, uz = (
+        m[0] * dx + m[1] * dy + m[2] * dz, m[4] * dx + m[5] * dy + m[6] * dz, m[8] * dx + m[9] * dy + m[10] * dz
+    )  # fmt: skip
+    return (lx * lx + ly * ly + lz * lz) / (spheres.radius[i] * math.sqrt(ux * ux + uy * uy + uz * uz))
+
+
+@kernel
 def let_through(secondary, material, transparent, one):
     """1 - the opacity of ``material``; without secondary rays in the scene every surface is opaque.
 
