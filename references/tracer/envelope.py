@@ -28,7 +28,8 @@ class Options:
 
     shadows : ``forgiving`` spares a smooth mesh the shadows of its own facets, ``facets`` does not, ``none`` casts
     none. normals : interpolated normals are ``unit`` or left ``raw``, i.e. not normalised again.
-    silhouette : an interpolated normal that faces away from the viewer is kept, flipped, or painted black.
+    silhouette : an interpolated normal that faces away from the viewer is kept, flipped, or painted black; or flipped
+        by a renderer without shadow rays, ``flip_lit``: the light that it is turned to is not blocked.
     affine : interpolate uv in screen space (n-gons must have been cut into triangles).
     raw_vectors : highlights are computed from vectors that were not normalised.
     uncut : highlights go on where N.L < 0.
@@ -74,7 +75,7 @@ class Options:
 
     shadows: Literal["forgiving", "facets", "none"] = "forgiving"
     normals: Literal["unit", "raw"] = "unit"
-    silhouette: Literal["keep", "flip", "black"] = "keep"
+    silhouette: Literal["keep", "flip", "black", "flip_lit"] = "keep"
     affine: bool = False
     raw_vectors: bool = False
     uncut: bool = False
@@ -113,7 +114,7 @@ class Options:
             [
                 ("forgiving", "facets", "none").index(self.shadows),
                 ("unit", "raw").index(self.normals),
-                ("keep", "flip", "black").index(self.silhouette),
+                ("keep", "flip", "black", "flip_lit").index(self.silhouette),
                 int(self.affine),
                 int(self.raw_vectors),
                 int(self.uncut),

@@ -77,7 +77,7 @@ def probe(scene: Scene, options: Options, x: float, y: float, flat: Flat | None 
     owner, facet, normal, uv, face = _surface(flat, options, i, ball, at, b0, b1, b2)
     side = 1.0 if facet @ -d >= 0 else -1.0
     facet, normal = facet * side, normal * side
-    if normal @ -d < 0 and options.silhouette == "flip":
+    if normal @ -d < 0 and options.silhouette.startswith("flip"):
         normal = -normal
     material = flat.material[owner]
     colour = tuple(float(v) for v in albedo(flat, flat.textures, material, *uv, int(options.texels == "nearest")))

@@ -223,9 +223,10 @@ def radiance(
                     side = -one
             gx, gy, gz = nx, ny, nz
         nx, ny, nz = nx * side, ny * side, nz * side
-        painted = True
+        painted, turned = True, False
         if nx * vx + ny * vy + nz * vz < 0:
-            if option[SILHOUETTE] == 1:
+            if option[SILHOUETTE] == 1 or option[SILHOUETTE] == 3:
+                turned = option[SILHOUETTE] == 3
                 nx, ny, nz = -nx, -ny, -nz
             elif option[SILHOUETTE] == 2:
                 painted = False
@@ -304,7 +305,7 @@ def radiance(
                 begin += type(dx)(4) * between / max(abs(gx * lx + gy * ly + gz * lz), type(dx)(0.001))
             if dark:
                 share = zero
-            elif option[SHADOWS] != 2 and nl > 0 and not (gouraud and option[GOURAUD] == 3):
+            elif option[SHADOWS] != 2 and nl > 0 and not turned and not (gouraud and option[GOURAUD] == 3):
                 # behind, an uncut highlight belongs to a shader without shadows
                 tx, ty, tz, slant = lx, ly, lz, nl
                 if gouraud and shadowed_here and light[0] == 0:
