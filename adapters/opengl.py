@@ -72,6 +72,8 @@ class OpenGL:
             depth=self.depth,
             lobe=self.lobe,
             interpolation=self.interpolation,
+            gouraud_shadows="none",
+            shadows="none",
         )
 
     def find(self) -> Found:

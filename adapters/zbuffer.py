@@ -64,6 +64,8 @@ class ZBuffer:
             silhouette="keep",
             depth=self.depth,
             interpolation=self.normals,
+            gouraud_shadows="unknown" if self.shadow_map else "none",
+            shadows="cast" if self.shadow_map else "none",
         )
 
     def find(self) -> Found:

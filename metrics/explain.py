@@ -348,12 +348,7 @@ def candidates(models: Sequence[Model], together: tuple[Model, ...] = ()) -> Ite
 
 def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, ...]:
     """The limitations and conventions that ``declaration`` leaves open; ``unknown`` features leave all open."""
-    return tuple(
-        each.under(declaration)
-        for each in models
-        if each.kind != "fault"
-        and (each.when is None or getattr(declaration, each.when[0]) in (each.when[1], "unknown"))
-    )
+    return tuple(each.under(declaration) for each in models if each.kind != "fault" and each.open_to(declaration))
 
 
 def explain(
