@@ -62,7 +62,8 @@ class Options:
         where an ``absolute`` epsilon is too small for it: one bit for each light, -1 for all. On spheres
         ``sphere_error`` times |O - C|^2 / r is added: what a difference of squares of that size is off by.
     shadow_gap : a shadow ray passes over what it meets within this distance of where it starts and of its last
-        crossing: surfaces nearer to each other count once.
+        crossing: surfaces nearer to each other count once. gap_loses : that crossing alone (``crossings``), or the one
+        where the ray leaves the same object again, too (``objects``).
     ray_gap : so does a mirror ray, a refracted one, and one that goes straight on, of where it starts.
     texels : a texture is read ``bilinear`` between its texels, or the ``nearest`` one counts.
     bounces, counted_passages : how many mirror and refracted rays a path may have one after the other; straight
@@ -102,6 +103,7 @@ class Options:
     refine: bool = False
     offset: float = 0.0
     shadow_gap: float = 0.0
+    gap_loses: Literal["crossings", "objects"] = "crossings"
     ray_gap: float = 0.0
     sphere_error: float = 0.0
     bounces: int = 8
@@ -136,6 +138,7 @@ class Options:
                 self.bounces,
                 int(self.counted_passages),
                 ("bilinear", "nearest").index(self.texels),
+                ("crossings", "objects").index(self.gap_loses),
             ]
         )
 

@@ -150,7 +150,7 @@ def _light(
         share, spared = transmittance(
             flat, flat.spheres, flat.secondary, *at, *to, start, end, triangle, leaves, True,
             int(options.shadows == "forgiving"), side, cosine, options.encoded()[TRANSPARENT],
-            options.shadow_rays == "culled", options.shadow_gap, stack,
+            options.shadow_rays == "culled", options.shadow_gap, options.gap_loses == "objects", stack,
         )  # fmt: skip
         arrays = (flat.bounds, flat.child, flat.size, flat.points, flat.face)
         face = flat.face[triangle] if triangle >= 0 else -1

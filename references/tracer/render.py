@@ -39,7 +39,8 @@ from notabug.references.tracer.traverse import cancelling, closest, closest_sphe
     BOUNCES,
     COUNT_PASSAGES,
     NEAREST,
-) = range(24)
+    GAP_LOSES,
+) = range(25)
 # Columns of the numbers array.
 RESOLUTION, NEAR_RESOLUTION, HIT_ERROR, EPSILON, OFFSET, SHADOW_GAP, RAY_GAP, SPHERE_ERROR = range(8)
 EXACT = 2.0**-25  # of the scene's size: what float32 points of one place may lie apart; nearer, surfaces coincide
@@ -322,7 +323,7 @@ def radiance(
                     ex + to * gx + lift * nx, ey + to * gy + lift * ny, ez + to * gz + lift * nz,
                     tx, ty, tz, begin, end, i, ball if gl > 0 and leaves else -1, leaves,
                     (1 if shadowed_here else 2) if option[SHADOWS] == 0 else 0, side, slant, option[TRANSPARENT],
-                    option[SHADOW_RAYS] == 2, type(dx)(number[SHADOW_GAP]), stack,
+                    option[SHADOW_RAYS] == 2, type(dx)(number[SHADOW_GAP]), option[GAP_LOSES] != 0, stack,
                 )  # fmt: skip
                 forgiven_here = forgiven_here or forgiven
             if share <= 0:

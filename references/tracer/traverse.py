@@ -252,14 +252,16 @@ def excused(flat, i, b0, b1, b2, t, dx, dy, dz, side, slope, depth):
 @kernel
 def _stepped(
     flat, spheres, secondary, ox, oy, oz, dx, dy, dz, tmin, tmax, skip, own, sphere, side, slope, depth, transparent,
-    culled, gap, stack,
+    culled, gap, whole, stack,
 ):  # fmt: skip
     """As ``transmittance``, from one crossing to the next: of those within ``gap`` of the last one none counts.
 
-    ``skip`` is the face that the ray leaves, ``own`` the object whose facets may be forgiven, or -1.
+    ``skip`` is the face that the ray leaves, ``own`` the object whose facets may be forgiven, or -1. ``whole``: of an
+    object that is met within ``gap`` the next crossing does not count either, where the ray leaves it again.
     """
     one = type(dx)(1)
     light, forgiven = one, False
+    last, lost = type(dx)(-math.inf), -1
     while True:
         i, t, b0, b1, b2 = closest(
             flat.bounds, flat.child, flat.size, flat.points, flat.face, ox, oy, oz, dx, dy, dz, tmin, tmax, skip, stack
@@ -277,12 +279,15 @@ def _stepped(
                 forgiven = forgiven or excuse
                 tmin = t
                 continue
-            light *= let_through(secondary, flat.material[flat.object[i]], transparent, one)
-        elif spheres is not None:
-            light *= let_through(secondary, flat.material[spheres.object[ball]], transparent, one)
+        owner = flat.object[i] if i >= 0 else spheres.object[ball] if spheres is not None else 0
+        if whole and (t - last < gap or owner == lost):
+            lost = owner if t - last < gap else -1
+            last = tmin = t
+            continue
+        light *= let_through(secondary, flat.material[owner], transparent, one)
         if light <= one - one:
             return light, False
-        tmin = t + gap
+        last, tmin = t, t if whole else t + gap
 
 
 @kernel
@@ -307,6 +312,7 @@ def transmittance(
     transparent,
     culled,
     gap,
+    whole,
     stack,
 ):
     """The share of light that reaches (ox, oy, oz) along a unit direction, and whether facets of its own were forgiven.
@@ -317,7 +323,8 @@ def transmittance(
     are passed over where ``excused`` says so, and light into a ``hollow`` is held back; both count as forgiven. At a
     corner, where facets disagree, ``forgive`` 2 asks ``excused`` whichever way this one faces. ``side`` is -1 where the
     point is seen from behind, ``slope`` its N'.L. Each crossing of a surface with opacity attenuates by 1 - opacity, or
-    as ``transparent`` has it (see ``let_through``); within ``gap`` of the start and of the last one there is none.
+    as ``transparent`` has it (see ``let_through``); within ``gap`` of the start and of the last one there is none
+    (``whole``: see ``_stepped``).
     ``culled`` is the fault of passing through faces that the ray meets from behind.
     """
     one, zero = type(dx)(1), type(dx)(0)
@@ -335,7 +342,7 @@ def transmittance(
     if gap > zero:
         return _stepped(
             flat, spheres, secondary, ox, oy, oz, dx, dy, dz, max(tmin, gap), tmax, face, owner if own_mesh else -1,
-            sphere, side, slope, depth, transparent, culled, gap, stack,
+            sphere, side, slope, depth, transparent, culled, gap, whole, stack,
         )  # fmt: skip
     bounds, child, count, points = flat.bounds, flat.child, flat.size, flat.points
     if points.shape[0]:
