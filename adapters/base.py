@@ -83,6 +83,8 @@ class Declaration:
         crossed by a ray that goes on, or one alone (``once``).
     epsilon : within which a ray passes over what it meets after it has started or crossed a surface, in the scene's
         unit; -1: unknown.
+    coordinates : numbers in which the renderer holds points of the world, camera and lights: far from the origin
+        ``float32`` moves them.
     sphere_roots : how a sphere's hits are computed: from the difference of large squares (``discriminant``), or in a
         form that does not cancel (``stable``).
     """
@@ -113,6 +115,7 @@ class Declaration:
     bounces_count: Literal["reflections", "passages", "unknown"] = "unknown"
     crossings: Literal["each", "once", "unknown"] = "unknown"
     epsilon: float = -1.0
+    coordinates: Literal["float32", "float64", "unknown"] = "unknown"
     sphere_roots: Literal["discriminant", "stable", "unknown"] = "unknown"
     hit_error: float = -1.0
     samples: int = 0

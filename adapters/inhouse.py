@@ -70,6 +70,7 @@ class InHouse:
             gouraud_shadows="corners",
             bounces_count="reflections",
             crossings="each",
+            coordinates=self.precision,
             sphere_roots="stable",
         )
 

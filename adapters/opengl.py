@@ -73,6 +73,7 @@ class OpenGL:
             lobe=self.lobe,
             interpolation=self.interpolation,
             gouraud_shadows="none",
+            coordinates="float32",
             shadows="none",
         )
 

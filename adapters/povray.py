@@ -94,6 +94,7 @@ class PovRay:
             bounces=MAX_TRACE_LEVEL - 1,
             bounces_count="reflections",
             crossings="once",
+            coordinates="float32",  # of meshes
             epsilon=EPSILON,
             sphere_roots="discriminant",
         )

@@ -65,6 +65,7 @@ class ZBuffer:
             depth=self.depth,
             interpolation=self.normals,
             gouraud_shadows="unknown" if self.shadow_map else "none",
+            coordinates=self.precision,
             shadows="cast" if self.shadow_map else "none",
         )
 

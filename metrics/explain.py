@@ -320,7 +320,18 @@ def _widespread(
     return found
 
 
-_RULES: dict[str, Callable[..., Explained]] = {"set": _mixture, "partial": _segment, "any": _anything}
+def _hull(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
+    """The admissible set of anything between the least and the most of ``base`` and ``values``: as in ``_segment``."""
+    target, alpha, within, length = _mixture(measured, replace(base, share_is_point=False), *values)
+    return replace(target, share_is_point=base.share_is_point), alpha, within, length
+
+
+_RULES: dict[str, Callable[..., Explained]] = {
+    "set": _mixture,
+    "partial": _segment,
+    "hull": _hull,
+    "any": _anything,
+}
 
 
 def habits(models: Sequence[Model]) -> tuple[Model, ...]:

@@ -41,13 +41,15 @@ class Model:
     kind : ``limitation`` (a legitimate approximation), ``convention`` (a choice where renderers legitimately differ),
         ``fault`` (a coding error).
     rule : what a limitation admits: ``choice`` all or nothing for a whole object, ``partial`` any value between
-        reference and limited picture, ``set`` a mixture of listed values. Faults are ``choice``, ``set``, or ``any``:
+        reference and limited picture, ``set`` a mixture of listed values, ``hull`` any between the least and the most
+        of the listed values. Faults are ``choice``, ``set``, or ``any``:
         whatever it is that a picture shows where the model differs from the reference.
     claim : what happens, in one sentence.
     cites : where it is described.
     edit : how the scene is changed before it is rendered; sees ``Scene.intent`` still in place.
     options : switches of the tracer (fields of ``Options``).
     others : switches of further values that a sample may take under the rule ``set``, besides ``options``.
+    edits : edits of further values that bound what the rule ``hull`` admits, besides ``edit``.
     sure : switches under which it acts only where nothing but chance decides. A picture that shows next to nothing of
         that does not show it; beyond, where a resolution is but a bound, it may be as rare as it likes.
     grain : what it admits under ``set`` or ``any`` changes from pixel to pixel: dots, not blots.
@@ -68,10 +70,11 @@ class Model:
     kind: Literal["limitation", "convention", "fault"]
     claim: str
     cites: str
-    rule: Literal["choice", "partial", "set", "any"] = "choice"
+    rule: Literal["choice", "partial", "set", "hull", "any"] = "choice"
     edit: Edit = unchanged
     options: Mapping[str, Any] = field(default_factory=dict)
     others: tuple[Mapping[str, Any], ...] = ()
+    edits: tuple[Edit, ...] = ()
     when: tuple[str, str] | None = None
     also: tuple[tuple[str, str], ...] = ()
     strict: bool = False
@@ -121,12 +124,15 @@ class Model:
         return self if self.drawn is None else replace(self, options=self.drawn)
 
     def values(self) -> tuple[Model, ...]:
-        """One model for each value that a sample may take under the rule ``set``."""
-        more = (
-            replace(self, name=f"{self.name}#{index}", options=options, others=())
-            for index, options in enumerate(self.others, 2)
+        """One model for each value that a sample may take under the rule ``set``, or that bounds a ``hull``."""
+        more = [(self.edit, options) for options in self.others] + [(edit, self.options) for edit in self.edits]
+        return (
+            self,
+            *(
+                replace(self, name=f"{self.name}#{index}", edit=edit, options=options, others=(), edits=())
+                for index, (edit, options) in enumerate(more, 2)
+            ),
         )
-        return (self, *more)
 
 
 def in_strengths(at: Callable[[float], Model], strength: float, neutral: float = 0.0) -> Model:

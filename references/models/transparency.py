@@ -77,17 +77,18 @@ def _crossings(scene: Scene) -> Iterator[Model]:
     for gap, near in gaps.items():
         if gap > LARGEST * seen / scene.width:
             continue
-        for switches, rays in (
-            (("shadow_gap",), "shadow rays"),
-            (("shadow_gap", "ray_gap"), "shadow rays, and rays that go on,"),
-            (("ray_gap",), "rays that go on"),
+        for switches, rays, loses in (
+            (("shadow_gap",), "shadow rays cross one alone", "crossings"),
+            (("shadow_gap",), "shadow rays leave out the second object, back and all", "objects"),
+            (("shadow_gap", "ray_gap"), "shadow rays, and rays that go on, cross one alone", "crossings"),
+            (("ray_gap",), "rays that go on cross one alone", "crossings"),
         ):
             yield Model(
                 name="crossed_once",
                 kind="limitation",
-                claim=f"of transparent surfaces that {near} {rays} cross one alone",
+                claim=f"of transparent surfaces that {near} {rays}",
                 cites=_EPSILON,
-                options=dict.fromkeys(switches, gap),
+                options={**dict.fromkeys(switches, gap), "gap_loses": loses},
                 when=("crossings", "once"),
                 declared=tuple(f"{each}=epsilon" for each in switches),
             )
