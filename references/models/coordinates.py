@@ -11,9 +11,9 @@ from notabug.references.models.acne import width_of_view
 from notabug.references.models.model import Edit, Model, edit_meshes
 from notabug.scenes_usd.scene import Floats, Light, Scene, Sphere
 
-# A coordinate is rounded when it is stored, by half of its last place, and by as much again where a transform adds an
-# offset to it. The order of transforms differs from renderer to renderer, so no one picture is right.
-PLACES = 1.0
+# A coordinate is rounded by half of its last place when it is stored, and by up to three halves where a transform sums
+# the four terms that make it. The order of transforms differs from renderer to renderer, so no one picture is right.
+PLACES = 2.0
 LEAST_MOVED = 0.05  # pixels: what moves less moves no picture by more than edges are allowed anyway
 DRAWS = 8  # pictures whose points are moved to either side of their places: what lies between them is admitted
 

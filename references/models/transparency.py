@@ -73,8 +73,7 @@ def _crossings(scene: Scene) -> Iterator[Model]:
     cannot tell apart, or a constant one, of .001, where that is less than half a pixel.
     """
     seen = width_of_view(scene)
-    gaps = {FLOAT["float32"] * seen: "coincide", CONSTANT: f"lie nearer to each other than {CONSTANT:g}"}
-    for gap, near in gaps.items():
+    for gap in (FLOAT["float32"] * seen, CONSTANT):
         if gap > LARGEST * seen / scene.width:
             continue
         for switches, rays, loses in (
@@ -86,7 +85,7 @@ def _crossings(scene: Scene) -> Iterator[Model]:
             yield Model(
                 name="crossed_once",
                 kind="limitation",
-                claim=f"of transparent surfaces that {near} {rays}",
+                claim=f"of transparent surfaces that an epsilon ({gap:.2g} unless declared) does not keep apart {rays}",
                 cites=_EPSILON,
                 options={**dict.fromkeys(switches, gap), "gap_loses": loses},
                 when=("crossings", "once"),
