@@ -70,7 +70,7 @@ def _value(table: Table, name: str, fallback: Any) -> Any:
         return settings.flag(table, name, fallback)
     least = -1 if name in ("bounces", "hit_error", "epsilon") else 0
     if hint is int:
-        return settings.whole(table, name, fallback, least, _MOST[name])
+        return settings.whole(table, name, fallback, least, int(_MOST[name]))
     return settings.number(table, name, fallback, least, _MOST[name])
 
 

@@ -450,7 +450,7 @@ def _useful(
         return near and _helps(bare, model, predict, beside)
 
     alone = [each for each in models if moves(each, ())]
-    besides = [(each,) for each in alone if each.kind == "convention"]
+    besides: list[tuple[Model, ...]] = [(each,) for each in alone if each.kind == "convention"]
     besides += [together] if len(together) > 1 else []
     return [
         each

@@ -173,7 +173,8 @@ def test_povray_passes_over_what_lies_close(
 
 def test_a_scene_without_transparency_has_no_crossings(studio: Any) -> None:
     scene = studio.scene("terminator/sphere")
-    assert not named(scene, "crossed_once") and not named(scene, "bounce_limit") and not named(scene, "nearest_texel")
+    for name in ("crossed_once", "bounce_limit", "nearest_texel"):
+        assert not named(scene, name)
 
 
 # --- bounces ------------------------------------------------------------------------------------------------------
