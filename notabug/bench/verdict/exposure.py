@@ -171,7 +171,7 @@ def _declared(model: Model) -> dict[str, Any]:
     """What a renderer declares that has the limitation ``model``."""
     if model.declared or model.when == ("resolves", "ray_float32"):
         return {"precision": "float32", "hit_error": -1.0}  # as large as float32 implies
-    return {model.when[0]: model.when[1]} if model.when else {}
+    return {name: int(value) if name == "bounces" else value for name, value in model.conditions}
 
 
 def _limited(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[str, Any]]:
