@@ -10,7 +10,8 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from notabug.references.models.acne import ROUNDOFF, C
+from notabug.references.models.acne import ROUNDOFF, SPHERE_C, C
+from notabug.references.models.model import UNSAID
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
@@ -50,7 +51,8 @@ class Declaration:
     ngon_split : the diagonal by which n-gons are cut before the renderer sees them: ``02`` joins corner 0 and 2;
         "" where n-gons keep their bilinear map; ``unknown`` for a picture of unknown making.
     silhouette : what becomes of an interpolated normal that faces away from the viewer.
-    depth : format of the depth buffer; near and far are the camera's. "" where there is none that can show.
+    depth : format of the depth buffer; near and far are the camera's. "" where there is none that can show; where it is
+        ``unknown`` any of the formats, or rays, may decide which of two near surfaces is seen.
     coincident : which of surfaces in one place is seen, where rounding does not decide: the ``first`` of the scene or
         ``another``.
     opacity_shadow : at each crossing of a surface with opacity a shadow ray keeps 1 - opacity of its light
@@ -64,10 +66,27 @@ class Declaration:
     texture_filter : how a texture is read between its texels.
     lobe : the lobe of highlights: as the scene's material has it, or always the one named, at the same exponent or at
         the matching one (Phong's n is close to Blinn's 4n).
-    normalised : highlights are multiplied by nothing (``no``), (n + 2)/2 or (n + 8)/8.
+    normalised : highlights are multiplied by nothing (``no``), (n + 2)/2, (n + 8)/8 or (n + 2)/8 (``n2over8``).
     interpolation : what is interpolated over smooth meshes: normals (``phong``), colours (``gouraud``) or nothing
         (``flat``).
+    gouraud_shadows : where interpolated colours are shadowed: with the light at the ``corners``, at each point
+        (``pixels``), or not at all (``none``).
+    gouraud_meshes : which meshes are lit at their corners: ``smooth`` ones, or ``all``, flat ones with the normals of
+        their faces, as OpenGL's fixed pipeline does. A quad's colours are bilinear unless ``ngon_split`` cuts it.
     highlight : highlights are cut off and weighted as the material has it, always times N.L, or not cut off.
+    shadows : whether objects ``cast`` shadows; ``none`` for a renderer that shoots no shadow rays and has no shadow
+        maps. Where that is ``unknown`` they do, but a normal that was turned may be lit without asking.
+    bounces : how many mirror and refracted rays it follows one after the other, 0 to 8; -1: unknown. 8 is the contract.
+    bounces_count : what counts as a bounce: mirror and refracted rays (``reflections``), or straight passages through
+        opacity as well (``passages``).
+    crossings : of transparent surfaces that lie nearer to each other than ``epsilon``, or in one place, ``each`` is
+        crossed by a ray that goes on, or one alone (``once``).
+    epsilon : within which a ray passes over what it meets after it has started or crossed a surface, in the scene's
+        unit; -1: unknown.
+    coordinates : numbers in which the renderer holds points of the world, camera and lights: far from the origin
+        ``float32`` moves them.
+    sphere_roots : how a sphere's hits are computed: from the difference of large squares (``discriminant``), or in a
+        form that does not cancel (``stable``).
     """
 
     precision: Literal["float32", "float64"]
@@ -78,7 +97,7 @@ class Declaration:
     noisy: bool
     ngon_split: Literal["", "02", "13", "unknown"] = ""
     silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
-    depth: Literal["", "fixed16", "fixed24", "float32", "reversed32"] = ""
+    depth: Literal["", "fixed16", "fixed24", "float32", "reversed32", "unknown"] = ""
     coincident: Literal["first", "another", "unknown"] = "first"
     opacity_shadow: Literal["attenuate", "opaque", "unknown"] = "unknown"
     glass_shadow: Literal["opaque", "attenuate", "none", "unknown"] = "unknown"
@@ -87,8 +106,17 @@ class Declaration:
     texture_filter: Literal["bilinear", "nearest", "unknown"] = "unknown"
     lobe: Literal["authored", "phong", "blinn", "phong_matched", "blinn_matched", "unknown"] = "authored"
     interpolation: Literal["phong", "gouraud", "flat", "unknown"] = "phong"
-    normalised: Literal["no", "n2", "n8", "unknown"] = "no"
+    normalised: Literal["no", "n2", "n8", "n2over8", "unknown"] = "no"
     highlight: Literal["authored", "cosine", "uncut", "unknown"] = "authored"
+    gouraud_shadows: Literal["corners", "pixels", "none", "unknown"] = "unknown"
+    gouraud_meshes: Literal["smooth", "all", "unknown"] = "smooth"
+    shadows: Literal["cast", "none", "unknown"] = "cast"
+    bounces: int = 8
+    bounces_count: Literal["reflections", "passages", "unknown"] = "unknown"
+    crossings: Literal["each", "once", "unknown"] = "unknown"
+    epsilon: float = -1.0
+    coordinates: Literal["float32", "float64", "unknown"] = "unknown"
+    sphere_roots: Literal["discriminant", "stable", "unknown"] = "unknown"
     hit_error: float = -1.0
     samples: int = 0
     white: float = math.inf
@@ -100,7 +128,21 @@ class Declaration:
     @property
     def resolves(self) -> str:
         """What decides which of two near surfaces is seen: the depth buffer, or where there is none the rays."""
+        if self.depth == "unknown":
+            return self.depth
         return f"depth_{self.depth}" if self.depth else f"ray_{self.precision}"
+
+    @property
+    def sphere_error(self) -> float:
+        """By what share of |O - C|^2 / r a hit on a sphere may be off, beyond ``hit_error``."""
+        if self.sphere_roots == "stable" or self.hit_error == 0.0:
+            return 0.0
+        return SPHERE_C * ROUNDOFF[self.precision]
+
+    def says(self, feature: str) -> str:
+        """What is declared of ``feature``, as text; ``unknown`` where nothing is."""
+        value = getattr(self, feature)
+        return UNSAID if isinstance(value, int | float) and value < 0 else f"{value}"
 
 
 @dataclass(frozen=True, slots=True)

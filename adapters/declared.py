@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import inspect
 import math
+import re
+from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -12,7 +16,7 @@ import numpy.typing as npt
 
 from notabug.adapters import settings
 from notabug.adapters.base import Declaration, Pixels
-from notabug.adapters.config import Table
+from notabug.adapters.config import ConfigError, Table
 from notabug.scenes_usd.picture import read_picture
 
 PIXELS: dict[str, tuple[float, bool]] = {
@@ -34,22 +38,115 @@ CAPABILITIES = frozenset(
 )
 
 
+# What a table's renderer does where the table does not say: as the contract has it, or as far as that differs from
+# renderer to renderer, unknown. Of a picture of unknown making everything is.
+_OF_A_TABLE: dict[str, Any] = {"precision": "float32", "filter": "unknown", "noisy": False, "bounces": -1}
+_OF_A_PICTURE = {
+    name: "unknown"
+    for name, hint in _HINTS.items()
+    if get_origin(hint) is Literal and "unknown" in get_args(hint) and name != "filter"
+} | {"bounces": -1}
+_MOST = {"bounces": 8, "samples": 1 << 20, "radius": 16.0, "hit_error": 1.0, "epsilon": 1e9}
+
+
 def declaration(table: Table, *, ngon_split: str) -> Declaration:
     """The table's Declaration; what it does not say is unknown, precision float32, and without noise."""
     fallback: dict[str, Any] = {each.name: each.default for each in fields(Declaration)}
-    fallback |= {"precision": "float32", "filter": "unknown", "noisy": False, "ngon_split": ngon_split}
-    said: dict[str, Any] = {}
-    for name, hint in _HINTS.items():
-        if get_origin(hint) is Literal:
-            said[name] = settings.choice(table, name, fallback[name], get_args(hint))
-        elif hint is bool:
-            said[name] = settings.flag(table, name, fallback[name])
-    said["samples"] = settings.whole(table, "samples", 0, 0, 1 << 20)
-    said["radius"] = settings.number(table, "radius", RADIUS[said["filter"]], 0.0, 16.0)
-    said["hit_error"] = settings.number(table, "hit_error", fallback["hit_error"], -1.0, 1.0)
+    fallback |= {**_OF_A_TABLE, "ngon_split": ngon_split}
+    fallback["shadows"] = "cast" if "shadows" in (capabilities(table) or CAPABILITIES) else "none"
+    fallback["radius"] = RADIUS[settings.choice(table, "filter", "unknown", tuple(RADIUS))]
+    said = {name: _value(table, name, fallback[name]) for name in _HINTS}
     quantum, relative = PIXELS[pixels(table)]
     step = quantum * (SRGB_SLOPE if is_srgb(table) else 1.0)
     return Declaration(**said, quantum=step, relative_quantum=relative, white=math.inf if relative else 1.0)
+
+
+def _value(table: Table, name: str, fallback: Any) -> Any:
+    """What ``table`` says of the Declaration's field ``name``, in the field's type."""
+    hint = _HINTS[name]
+    if get_origin(hint) is Literal:
+        return settings.choice(table, name, fallback, get_args(hint))
+    if hint is bool:
+        return settings.flag(table, name, fallback)
+    least = -1 if name in ("bounces", "hit_error", "epsilon") else 0
+    if hint is int:
+        return settings.whole(table, name, fallback, least, int(_MOST[name]))
+    return settings.number(table, name, fallback, least, _MOST[name])
+
+
+def unknown() -> dict[str, Any]:
+    """What is declared of a picture of unknown making: that nothing is known."""
+    return dict(_OF_A_PICTURE)
+
+
+def said(words: Sequence[str]) -> dict[str, Any]:
+    """``KEY=VALUE`` words as fields of a Declaration.
+
+    >>> said(["interpolation=gouraud", "bounces=1", "noisy=true"])
+    {'interpolation': 'gouraud', 'bounces': 1, 'noisy': True}
+    """
+    values: dict[str, Any] = {}
+    for word in words:
+        key, equals, value = word.partition("=")
+        if not equals:
+            raise ConfigError("not KEY=VALUE", where="--declare", expected="such as interpolation=gouraud", got=word)
+        values[key.strip()] = _typed(_HINTS.get(key.strip()), value.strip())
+    table = Table(values, "--declare", Path())
+    table.check_keys(list(_HINTS))
+    found = {name: _value(table, name, None) for name in values}
+    if "filter" in found:
+        found.setdefault("radius", RADIUS[found["filter"]])
+    return found
+
+
+def _typed(hint: Any, text: str) -> Any:
+    """``text`` as the value that it would be in a table; left as it is where it is none of the kind."""
+    if hint is bool:
+        return {"true": True, "false": False}.get(text.lower(), text)
+    if text == "unknown" and hint in (int, float):
+        return -1
+    with contextlib.suppress(ValueError):
+        return int(text) if hint is int else float(text) if hint is float else text
+    return text
+
+
+def declarations() -> list[dict[str, str]]:
+    """Every key of a Declaration with its values, what is taken where it is not given, and what it means."""
+    meaning = _meanings()
+    rows = []
+    for name, hint in _HINTS.items():
+        least = "-1 (unknown)" if name in ("bounces", "hit_error", "epsilon") else "0"
+        values = (
+            " ".join(each or '""' for each in get_args(hint))
+            if get_origin(hint) is Literal
+            else "true false"
+            if hint is bool
+            else f"{least} to {_MOST[name]:g}"
+        )
+        default = _OF_A_PICTURE.get(name, _OF_AN_OPTION.get(name, ""))
+        shown = "unknown" if default == -1 else f"{default}"
+        rows.append({"key": name, "values": values, "default": shown, "meaning": meaning[name]})
+    return rows
+
+
+_OF_AN_OPTION = {
+    "precision": "float32",
+    "filter": "unknown",
+    "radius": "the filter's",
+    "noisy": "true if several pictures are given",
+    "samples": "0",
+    "hit_error": "8 roundings",
+    "epsilon": "unknown",
+}
+
+
+def _meanings() -> dict[str, str]:
+    """What each field of a Declaration means, as its docstring says."""
+    found: dict[str, str] = {}
+    for entry in re.split(r"\n(?=\w[\w, ]* : )", inspect.getdoc(Declaration) or ""):
+        names, _, text = entry.partition(" : ")
+        found |= dict.fromkeys(names.split(", "), " ".join(text.split()))
+    return found
 
 
 def pixels(table: Table) -> str:

@@ -67,6 +67,11 @@ class InHouse:
             glass_side="facet",
             texture_filter="bilinear",
             interpolation=self.interpolation,
+            gouraud_shadows="corners",
+            bounces_count="reflections",
+            crossings="each",
+            coordinates=self.precision,
+            sphere_roots="stable",
         )
 
     def find(self) -> Found:

@@ -72,6 +72,9 @@ class OpenGL:
             depth=self.depth,
             lobe=self.lobe,
             interpolation=self.interpolation,
+            gouraud_shadows="none",
+            coordinates="float32",
+            shadows="none",
         )
 
     def find(self) -> Found:

@@ -23,7 +23,14 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError
 from notabug.adapters.job_folder import job_folder, picture_path
-from notabug.adapters.povray_scene import Image, needs_channels, scene_text, texture_images, write_textures
+from notabug.adapters.povray_scene import (
+    MAX_TRACE_LEVEL,
+    Image,
+    needs_channels,
+    scene_text,
+    texture_images,
+    write_textures,
+)
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
@@ -38,6 +45,7 @@ _OPTIONS = ("-D", "-P", "-V", "-A", "-C", "+FN16", "File_Gamma=1.0", "Dither=off
 # Vertices are float32, but the same for every ray, and the arithmetic is float64: on acne/sphere from 10 to 1e6 not one
 # pixel is dark by acne; from 1e7 nothing is hit at all, since POV-Ray looks no farther.
 HIT_ERROR = 8.0 * 2.0**-53
+EPSILON = 1e-3  # in the scene's unit: nearer than this to its start, or to its last crossing, a ray meets nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +91,12 @@ class PovRay:
             total_reflection="whole",
             glass_side="counted",
             texture_filter="bilinear",
+            bounces=MAX_TRACE_LEVEL - 1,
+            bounces_count="reflections",
+            crossings="once",
+            coordinates="float32",  # of meshes
+            epsilon=EPSILON,
+            sphere_roots="discriminant",
         )
 
     def find(self) -> Found:

@@ -64,6 +64,9 @@ class ZBuffer:
             silhouette="keep",
             depth=self.depth,
             interpolation=self.normals,
+            gouraud_shadows="unknown" if self.shadow_map else "none",
+            coordinates=self.precision,
+            shadows="cast" if self.shadow_map else "none",
         )
 
     def find(self) -> Found:

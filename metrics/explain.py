@@ -320,7 +320,18 @@ def _widespread(
     return found
 
 
-_RULES: dict[str, Callable[..., Explained]] = {"set": _mixture, "partial": _segment, "any": _anything}
+def _hull(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
+    """The admissible set of anything between the least and the most of ``base`` and ``values``: as in ``_segment``."""
+    target, alpha, within, length = _mixture(measured, replace(base, share_is_point=False), *values)
+    return replace(target, share_is_point=base.share_is_point), alpha, within, length
+
+
+_RULES: dict[str, Callable[..., Explained]] = {
+    "set": _mixture,
+    "partial": _segment,
+    "hull": _hull,
+    "any": _anything,
+}
 
 
 def habits(models: Sequence[Model]) -> tuple[Model, ...]:
@@ -348,12 +359,7 @@ def candidates(models: Sequence[Model], together: tuple[Model, ...] = ()) -> Ite
 
 def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, ...]:
     """The limitations and conventions that ``declaration`` leaves open; ``unknown`` features leave all open."""
-    return tuple(
-        each.under(declaration)
-        for each in models
-        if each.kind != "fault"
-        and (each.when is None or getattr(declaration, each.when[0]) in (each.when[1], "unknown"))
-    )
+    return tuple(each.under(declaration) for each in models if each.kind != "fault" and each.open_to(declaration))
 
 
 def explain(
@@ -369,11 +375,10 @@ def explain(
     bare = best = fit(measured, (), predict)
     if not bare.triggers:
         return bare
-    useful = [
-        each for each in models if (preview is None or nears(bare, each, preview)) and _helps(bare, each, predict)
-    ]
+    together = habits(models)
+    useful = _useful(bare, models, together, predict, preview)
     enough: list[Explanation] = []
-    for chosen in candidates(useful, habits(models)):
+    for chosen in candidates(useful, together):
         if enough and len(chosen) > 1:
             break
         if not chosen:
@@ -432,10 +437,38 @@ def nears(start: Explanation, model: Model, preview: Preview, fixed: tuple[Model
     )
 
 
-def _helps(start: Explanation, model: Model, predict: Predict) -> bool:
-    """Whether ``model``, beside those of ``start``, moves any pixel that needs explaining."""
+def _useful(
+    bare: Explanation, models: Sequence[Model], together: tuple[Model, ...], predict: Predict, preview: Preview | None
+) -> list[Model]:
+    """Those of ``models`` that move what needs explaining: alone, beside conventions that do, or ``together``'s.
+
+    A shadow ray that passes over a pane changes nothing where a pane blocks it, and much where it keeps a share.
+    """
+
+    def moves(model: Model, beside: tuple[Model, ...]) -> bool:
+        near = preview is None or nears(bare, model, preview, beside)
+        return near and _helps(bare, model, predict, beside)
+
+    alone = [each for each in models if moves(each, ())]
+    besides: list[tuple[Model, ...]] = [(each,) for each in alone if each.kind == "convention"]
+    besides += [together] if len(together) > 1 else []
+    return [
+        each
+        for each in models
+        if each in alone
+        or any(moves(each, other) for other in besides if each not in other and not _excluded(each, other))
+    ]
+
+
+def _excluded(model: Model, beside: tuple[Model, ...]) -> bool:
+    """Whether ``model`` is another value of a feature that one of ``beside`` has."""
+    return model.when is not None and any(each.when is not None and each.when[0] == model.when[0] for each in beside)
+
+
+def _helps(start: Explanation, model: Model, predict: Predict, fixed: tuple[Model, ...] = ()) -> bool:
+    """Whether ``model``, beside those of ``start`` and ``fixed``, moves any pixel that needs explaining."""
     wrong = start.significance.pixels
-    beside = choices(start.models)
+    beside = (*choices(start.models), *fixed)
     base = predict(beside)
     moved = (support(base, predict((*beside, value))) for value in model.values())
     return not wrong.any() or any(bool((each & wrong).any()) for each in moved)

@@ -97,7 +97,7 @@ def judge(
     considered = {key[0][0]: to.value for key, to in sets.items() if len(key) == 1}
     name = None
     if found.triggers and (not hesitation or not declaration.noisy):
-        faults = [each.under(declaration) for each in known if each.kind == "fault"]
+        faults = [each.under(declaration) for each in known if each.kind == "fault" and each.open_to(declaration)]
         name = UNNAMED
         if naming:
             name = name_bug(measured, found, faults, open_to, predicted, previewed, others)
@@ -105,13 +105,15 @@ def judge(
             name = _global_name(found) or name
     if hesitation and (name is None or name.name == "unexplained"):  # what a fault explains is no noise
         word, message = "inconclusive", hesitation
-        findings = () if found.triggers else _limitations(found)  # seen through the noise that may hide a bug
+        findings = (
+            () if found.triggers else _limitations(found, declaration)
+        )  # seen through the noise that may hide a bug
     elif name is not None:
         bug = _bug(name, found)
         # a large gain hides a limitation until it is taken out: the fault's own explanation holds what is beside it
-        word, findings, message = "bug", (bug, *_limitations(name.fitted or found)), bug.message
+        word, findings, message = "bug", (bug, *_limitations(name.fitted or found, declaration)), bug.message
     else:
-        findings = _limitations(found)
+        findings = _limitations(found, declaration)
         word = "limitation" if any(each.kind == "limitation" for each in findings) else "pass"
         message = "; ".join(each.message for each in findings)
     judgement = Judgement(
@@ -215,7 +217,7 @@ def _bug(name: Name, found: Explanation) -> Finding:
     return Finding("bug", name.name, float(wrong.sum()), box(wrong), z=z, message=name.message, regions=regions(wrong))
 
 
-def _limitations(found: Explanation) -> tuple[Finding, ...]:
+def _limitations(found: Explanation, declaration: Declaration) -> tuple[Finding, ...]:
     made = []
     for each in found.models:
         alpha = found.alphas[each.name]
@@ -223,10 +225,15 @@ def _limitations(found: Explanation) -> tuple[Finding, ...]:
         if mask.any():
             kind: Literal["limitation", "convention"] = "convention" if each.kind == "convention" else "limitation"
             area, strength = float(alpha.sum()), float(found.before[mask].max())
-            made.append(
-                Finding(kind, each.name, area, box(mask), z=strength, message=each.claim, regions=regions(mask))
-            )
+            message = each.claim + undeclared(each, declaration)
+            made.append(Finding(kind, each.name, area, box(mask), z=strength, message=message, regions=regions(mask)))
     return tuple(made)
+
+
+def undeclared(model: Model, declaration: Declaration) -> str:
+    """Which declarations would decide whether the renderer may show ``model``, or "" where they are made."""
+    missing = model.hangs_on(declaration)
+    return f" (it may, as nothing is declared: {', '.join(missing)} would say so)" if missing else ""
 
 
 def regions(mask: Bools) -> tuple[tuple[int, int, int, int], ...]:

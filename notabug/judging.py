@@ -9,13 +9,15 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 from rich.console import Console
 from rich.text import Text
 
+from notabug.adapters import declared
 from notabug.adapters.base import Declaration, Filter
 from notabug.adapters.declared import RADIUS, SRGB_SLOPE, decode_srgb
 from notabug.exit_codes import ExitCode
@@ -46,12 +48,14 @@ def command(
     samples: int,
     out: Path | None,
     as_json: bool,
+    declare_words: Sequence[str] = (),
 ) -> ExitCode:
     """Judge ``images`` as seeds of one renderer and print the verdict."""
     begun = time.perf_counter()
     scene = read_scene(source, one_variant(variants))
     pictures = [read_picture(path) for path in images]
-    declaration = declare(pictures, filter_name, radius, precision, srgb=srgb, noisy=noisy, samples=samples)
+    said = declared.said(declare_words)
+    declaration = declare(pictures, filter_name, radius, precision, srgb=srgb, noisy=noisy, samples=samples, said=said)
     with tempfile.TemporaryDirectory(prefix="notabug-") as scratch:
         paths = list(images)
         if srgb or out is not None:
@@ -116,10 +120,14 @@ def declare(
     srgb: bool,
     noisy: bool | None,
     samples: int = 0,
+    said: Mapping[str, Any] | None = None,
 ) -> Declaration:
-    """What is known about pictures that came as files: the options, and the number format of the coarsest file."""
+    """What is known about pictures that came as files: the options, and the number format of the coarsest file.
+
+    ``said`` is what is declared beyond the options. Nothing else is known.
+    """
     coarsest = max(pictures, key=lambda each: each.quantum)
-    return Declaration(
+    made = Declaration(
         precision="float64" if precision == "float64" else "float32",
         filter=cast(Filter, filter_name),
         radius=RADIUS[filter_name] if radius is None else radius,
@@ -128,12 +136,9 @@ def declare(
         white=math.inf if coarsest.relative_quantum else 1.0,
         noisy=len(pictures) > 1 if noisy is None else noisy,
         samples=samples,
-        ngon_split="unknown",
-        coincident="unknown",
-        lobe="unknown",
-        normalised="unknown",
-        highlight="unknown",
+        **declared.unknown(),
     )
+    return replace(made, **{"hit_error": -1.0, **said}) if said else made
 
 
 def _as_linear(images: Sequence[Path], pictures: Sequence[Picture], folder: Path, srgb: bool) -> list[Path]:

@@ -1,4 +1,4 @@
-"""The ``list`` command: scenes, variants, renderers, models, workarounds."""
+"""The ``list`` command: scenes, variants, renderers, models, workarounds, declarations."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from notabug.adapters.base import RendererMissingError
+from notabug.adapters.declared import declarations
 from notabug.adapters.registry import adapters
 from notabug.exit_codes import ExitCode
 from notabug.progress import console
@@ -87,10 +88,11 @@ LISTS = {
     "renderers": list_renderers,
     "models": list_models,
     "workarounds": list_workarounds,
+    "declarations": declarations,
 }
 
 
-_WIDE = ("claim", "caveat", "version")
+_WIDE = ("claim", "caveat", "version", "values", "meaning")
 
 
 def command(topic: str, as_json: bool) -> ExitCode:

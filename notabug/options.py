@@ -47,6 +47,7 @@ class Topic(StrEnum):
     models = "models"
     variants = "variants"
     workarounds = "workarounds"
+    declarations = "declarations"
 
 
 class Bench(StrEnum):
@@ -103,6 +104,14 @@ Variant = Annotated[
     typer.Option("--variant", metavar="SET=NAME", help="A variant; again for more, SET=all for each of the set."),
 ]
 SceneOption = Annotated[str, typer.Option("--scene", metavar="ID|USD", help="The scene: an id or a USD file.")]
+Declare = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--declare",
+        metavar="KEY=VALUE",
+        help="What the renderer does where renderers differ; again for more. `notabug list declarations` has all keys.",
+    ),
+]
 Renderers = Annotated[
     list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all that are found.")
 ]

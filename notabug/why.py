@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from notabug.adapters.declared import decode_srgb
+from notabug.adapters.declared import decode_srgb, said
 from notabug.exit_codes import ExitCode
 from notabug.judging import declare, one_variant
 from notabug.metrics.why import explain_pixel
@@ -26,13 +26,14 @@ def command(
     precision: str,
     srgb: bool,
     as_json: bool,
+    declare_words: Sequence[str] = (),
 ) -> ExitCode:
     """Explain the pixel ``X,Y`` (y down, from 0) of ``image``."""
     scene = read_scene(source, one_variant(variants))
     picture = read_picture(image)
     x, y = parse_pixel(pixel, picture.pixels.shape[1], picture.pixels.shape[0])
     pixels = decode_srgb(picture.pixels) if srgb else picture.pixels
-    declaration = declare([picture], filter_name, None, precision, srgb=srgb, noisy=None)
+    declaration = declare([picture], filter_name, None, precision, srgb=srgb, noisy=None, said=said(declare_words))
     found = explain_pixel(pixels, scene, declaration, x, y)
     if as_json:
         print(json.dumps(found.as_dict(), ensure_ascii=False, allow_nan=False))

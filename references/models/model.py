@@ -8,12 +8,22 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from types import ModuleType
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import notabug.references.models
 from notabug.scenes_usd.scene import Material, Mesh, Scene
 
 Edit = Callable[[Scene], Scene]
+UNSAID = "unknown"
+"""What a declaration says of a feature that it says nothing of."""
+OF_SHADOWS = frozenset({"shadows", "acne", "start", "shadow_rays", "transparent_shadows"})
+"""Switches that change nothing, or cannot be meant, where a renderer has no shadows."""
+
+
+class Declared(Protocol):
+    """What an adapter declares, as models ask for it."""
+
+    def says(self, feature: str) -> str: ...
 
 
 def unchanged(scene: Scene) -> Scene:
@@ -31,34 +41,43 @@ class Model:
     kind : ``limitation`` (a legitimate approximation), ``convention`` (a choice where renderers legitimately differ),
         ``fault`` (a coding error).
     rule : what a limitation admits: ``choice`` all or nothing for a whole object, ``partial`` any value between
-        reference and limited picture, ``set`` a mixture of listed values. Faults are ``choice``, ``set``, or ``any``:
+        reference and limited picture, ``set`` a mixture of listed values, ``hull`` any between the least and the most
+        of the listed values. Faults are ``choice``, ``set``, or ``any``:
         whatever it is that a picture shows where the model differs from the reference.
     claim : what happens, in one sentence.
     cites : where it is described.
     edit : how the scene is changed before it is rendered; sees ``Scene.intent`` still in place.
     options : switches of the tracer (fields of ``Options``).
     others : switches of further values that a sample may take under the rule ``set``, besides ``options``.
+    edits : edits of further values that bound what the rule ``hull`` admits, besides ``edit``.
     sure : switches under which it acts only where nothing but chance decides. A picture that shows next to nothing of
         that does not show it; beyond, where a resolution is but a bound, it may be as rare as it likes.
     grain : what it admits under ``set`` or ``any`` changes from pixel to pixel: dots, not blots.
-    declared : options that are taken from an adapter's declaration, from the fields of the same names.
+    declared : options that are taken from an adapter's declaration, where it states them: from the field of the same
+        name, or ``option=field``.
     drawn : switches by which the in-house renderer draws a fault, where they are not ``options``.
     at : the same fault at another strength, for faults that come in all strengths; ``strength`` is this model's, and
         0 (or 1, where ``neutral`` is 1: a factor) would be no fault.
     local : a fault that may hit some parts of the scene and spare others, so that a picture of it takes this model's
         value at some pixels and the reference's at the others.
-    when : (field, value) of an adapter's declaration without which the model is not considered; None: always.
+    when : (field, value) of an adapter's declaration without which the model is not considered; None: always. Of
+        models of one field a picture shows one at most.
+    also : further such pairs, all of which must hold.
+    strict : an unknown field does not let it in: the value must be declared.
     """
 
     name: str
     kind: Literal["limitation", "convention", "fault"]
     claim: str
     cites: str
-    rule: Literal["choice", "partial", "set", "any"] = "choice"
+    rule: Literal["choice", "partial", "set", "hull", "any"] = "choice"
     edit: Edit = unchanged
     options: Mapping[str, Any] = field(default_factory=dict)
     others: tuple[Mapping[str, Any], ...] = ()
+    edits: tuple[Edit, ...] = ()
     when: tuple[str, str] | None = None
+    also: tuple[tuple[str, str], ...] = ()
+    strict: bool = False
     sure: Mapping[str, Any] | None = None
     grain: bool = False
     declared: tuple[str, ...] = ()
@@ -68,9 +87,33 @@ class Model:
     neutral: float = 0.0
     local: bool = False
 
-    def under(self, declaration: object) -> Model:
-        """This model with the numbers that ``declaration`` states."""
-        stated = {name: getattr(declaration, name) for name in self.declared}
+    def open_to(self, declaration: Declared) -> bool:
+        """Whether ``declaration`` leaves this model open: a fault where the renderer can have it at all."""
+        if declaration.says("shadows") == "none" and not OF_SHADOWS.isdisjoint(self.options):
+            return self.options.get("shadows") == "none" and self.kind != "fault"
+        open_to = () if self.strict else (UNSAID,)
+        return all(declaration.says(field) in (value, *open_to) for field, value in self.conditions)
+
+    @property
+    def conditions(self) -> tuple[tuple[str, str], ...]:
+        """Every (field, value) that a declaration must leave open."""
+        return (*((self.when,) if self.when else ()), *self.also)
+
+    def hangs_on(self, declaration: Declared) -> tuple[str, ...]:
+        """``field=value`` of what this model takes for granted and ``declaration`` says nothing of."""
+        if self.strict:
+            return ()
+        return tuple(f"{name}={value}" for name, value in self.conditions if declaration.says(name) == UNSAID)
+
+    def under(self, declaration: Declared) -> Model:
+        """This model with what ``declaration`` states: its numbers, and that there are no shadows."""
+        stated: dict[str, Any] = {}
+        for each in self.declared:
+            option, _, name = each.partition("=")
+            if declaration.says(name or option) != UNSAID:
+                stated[option] = getattr(declaration, name or option)
+        if declaration.says("shadows") == "none" and self.kind != "fault":
+            stated["shadows"] = "none"
         if not stated:
             return self
         others = tuple({**each, **stated} for each in self.others)
@@ -81,12 +124,15 @@ class Model:
         return self if self.drawn is None else replace(self, options=self.drawn)
 
     def values(self) -> tuple[Model, ...]:
-        """One model for each value that a sample may take under the rule ``set``."""
-        more = (
-            replace(self, name=f"{self.name}#{index}", options=options, others=())
-            for index, options in enumerate(self.others, 2)
+        """One model for each value that a sample may take under the rule ``set``, or that bounds a ``hull``."""
+        more = [(self.edit, options) for options in self.others] + [(edit, self.options) for edit in self.edits]
+        return (
+            self,
+            *(
+                replace(self, name=f"{self.name}#{index}", edit=edit, options=options, others=(), edits=())
+                for index, (edit, options) in enumerate(more, 2)
+            ),
         )
-        return (self, *more)
 
 
 def in_strengths(at: Callable[[float], Model], strength: float, neutral: float = 0.0) -> Model:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Literal
+
+import numpy as np
 
 from notabug.references.models.model import Model, edit_materials, edit_meshes, in_strengths
-from notabug.scenes_usd.scene import Material, Scene
+from notabug.scenes_usd.scene import Material, Mesh, Scene
 from notabug.scenes_usd.triangulate import split_ngons
 
 _PAPER = "Woo, Pearce and Ouellette 1996, Phong versus Phong"
@@ -14,8 +17,8 @@ _PAPER = "Woo, Pearce and Ouellette 1996, Phong versus Phong"
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with lights and interpolated normals, or with highlights."""
-    if scene.lights and any(each.normals is not None for each in scene.meshes):
-        yield from _interpolations()
+    if scene.lights and any(True for _ in scene.meshes):
+        yield from _interpolations(scene)
     shiny = [each for each in scene.materials if any(each.specular)]
     if not shiny:
         return
@@ -40,6 +43,7 @@ def models(scene: Scene) -> Iterator[Model]:
     for name, rule, factor in (
         ("n2", "(n + 2)/2", lambda n: (n + 2) / 2),
         ("n8", "(n + 8)/8", lambda n: (n + 8) / 8),
+        ("n2over8", "(n + 2)/8", lambda n: (n + 2) / 8),
     ):
         yield Model(
             name=f"lobe_normalised_{name}",
@@ -78,25 +82,81 @@ def models(scene: Scene) -> Iterator[Model]:
         )
 
 
-def _interpolations() -> Iterator[Model]:
-    """What else than normals may be interpolated over a smooth mesh; shadows go with the light, so to the corners."""
-    yield Model(
-        name="gouraud_interpolation",
+def _interpolations(scene: Scene) -> Iterator[Model]:
+    """What else than normals may be interpolated over meshes.
+
+    Gouraud's colours may be lit, and a quad cut, in several ways; a renderer has one of each.
+    """
+    every = list(scene.meshes)
+    smooth = [each for each in every if each.normals is not None]
+    for meshes in (smooth, every) if 0 < len(smooth) < len(every) else (every,):
+        everywhere = len(meshes) > len(smooth)
+        ways = [cut for cut in CUTS if not cut or any((each.counts > 3).any() for each in meshes)]
+        for name, shadows in GOURAUD.items():
+            yield from (_gouraud(name, shadows, cut, everywhere=everywhere, cuts=len(ways) > 1) for cut in ways)
+    if smooth:
+        yield Model(
+            name="flat_interpolation",
+            kind="limitation",
+            claim="nothing is interpolated: smooth meshes are lit by the normals of their facets",
+            cites=f"{_PAPER}; Bouknight 1970",
+            edit=lambda scene: edit_meshes(scene, lambda mesh: replace(mesh, normals=None)),
+            when=("interpolation", "flat"),
+        )
+
+
+GOURAUD = {
+    "gouraud_interpolation": "corners",
+    "gouraud_pixel_shadows": "pixels",
+    "gouraud_unshadowed": "none",
+}
+"""The models of colours lit at corners, by where they are shadowed: ``Declaration.gouraud_shadows``."""
+CUTS: tuple[Literal["", "02", "13"], ...] = ("", "02", "13")
+"""What becomes of a quad's four colours: ``Declaration.ngon_split``, bilinear first."""
+_SHADOWED = {
+    "corners": "shadowed there",
+    "pixels": "shadowed at each point",
+    "none": "not shadowed",
+}
+
+
+def _gouraud(name: str, shadows: str, cut: Literal["", "02", "13"], *, everywhere: bool, cuts: bool) -> Model:
+    """Meshes with normals, or ``everywhere`` all, lit at their corners; ``cuts``: it shows whether quads are cut."""
+
+    def lit_at_corners(mesh: Mesh) -> Mesh:
+        if mesh.normals is None:
+            if not everywhere:
+                return mesh
+            mesh = faceted(mesh)
+        return split_ngons(mesh, cut) if cut else mesh
+
+    what = "all meshes" if everywhere else "smooth meshes"
+    how = f"linearly in triangles cut along corners {cut[0]} and {cut[1]}" if cut else "over each face"
+    return Model(
+        name=name,
         kind="limitation",
-        claim="smooth meshes are lit at the corners of their triangles, and the colours are interpolated",
-        cites=f"{_PAPER}; Gouraud 1971",
-        edit=lambda scene: edit_meshes(scene, lambda mesh: mesh if mesh.normals is None else split_ngons(mesh, "02")),
-        options={"gouraud": True},
+        claim=f"{what} are lit at the corners of their faces and {_SHADOWED[shadows]}, and the colours are interpolated"
+        f" {how}",
+        cites=f"{_PAPER}; Gouraud 1971; OpenGL 1.1 specification, sections 2.13 and 3.5",
+        edit=lambda scene: edit_meshes(scene, lit_at_corners),
+        options={"gouraud": True, "gouraud_shadows": shadows},
         when=("interpolation", "gouraud"),
+        also=(
+            ("gouraud_shadows", shadows),
+            ("gouraud_meshes", "all" if everywhere else "smooth"),
+            *((("ngon_split", cut),) if cuts else ()),
+        ),
     )
-    yield Model(
-        name="flat_interpolation",
-        kind="limitation",
-        claim="nothing is interpolated: smooth meshes are lit by the normals of their facets",
-        cites=f"{_PAPER}; Bouknight 1970",
-        edit=lambda scene: edit_meshes(scene, lambda mesh: replace(mesh, normals=None)),
-        when=("interpolation", "flat"),
-    )
+
+
+def faceted(mesh: Mesh) -> Mesh:
+    """``mesh``, which has no normals, with those of its faces at every corner (Newell 1972: any polygon has one)."""
+    p = mesh.points[mesh.corners]
+    start = np.repeat(np.cumsum(mesh.counts) - mesh.counts, mesh.counts)
+    following = start + (np.arange(len(p)) - start + 1) % np.repeat(mesh.counts, mesh.counts)
+    area = np.add.reduceat(np.cross(p - p[start], p[following] - p[start]), np.cumsum(mesh.counts) - mesh.counts)
+    normal = area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-300)
+    return replace(mesh, normals=np.ascontiguousarray(np.repeat(normal, mesh.counts, axis=0)))
 
 
 def matched(material: Material, lobe: str) -> Material:

@@ -17,6 +17,15 @@ def models(scene: Scene) -> Iterator[Model]:
     if not scene.lights:
         return
     yield Model(
+        name="unshadowed",
+        kind="limitation",
+        claim="no surface casts a shadow: the renderer shoots no shadow rays",
+        cites="Crow 1977, Shadow algorithms for computer graphics: a depth buffer alone has none",
+        options={"shadows": "none"},
+        when=("shadows", "none"),
+        strict=True,
+    )
+    yield Model(
         name="no_shadow",
         kind="fault",
         claim="no surface casts a shadow",
@@ -33,14 +42,19 @@ def models(scene: Scene) -> Iterator[Model]:
         cites=f"{_PAPER}; Snyder and Barr 1987",
         options={"shadows": "facets"},
     )
-    for silhouette, what in (("flip", "turned towards the viewer"), ("black", "painted black")):
+    for silhouette, switch, what in (
+        ("flip", "flip", "turned towards the viewer"),
+        ("flip", "flip_lit", "turned towards the viewer, and lit without a shadow ray"),
+        ("black", "black", "painted black"),
+    ):
         yield Model(
             name=f"silhouette_{silhouette}",
             kind="convention",
             claim=f"an interpolated normal that faces away from the viewer is {what}",
             cites="Veach 1997, section 5.3 (shading normals)",
-            options={"silhouette": silhouette},
+            options={"silhouette": switch},
             when=("silhouette", silhouette),
+            also=(("shadows", "none" if switch == "flip_lit" else "cast"),) if silhouette == "flip" else (),
         )
     yield Model(
         name="flat_normals",

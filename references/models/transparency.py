@@ -4,8 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from notabug.references.models.acne import CONSTANT, width_of_view
 from notabug.references.models.model import Model
+from notabug.references.models.visibility import FLOAT
 from notabug.scenes_usd.scene import Scene
+
+_EPSILON = (
+    "Haines 1989, in Glassner, An Introduction to Ray Tracing; POV-Ray 3.7 passes over what a ray meets within .001"
+)
+LARGEST = 0.5  # pixels: an epsilon of more detaches shadows that are seen
 
 
 def models(scene: Scene) -> Iterator[Model]:
@@ -13,6 +20,8 @@ def models(scene: Scene) -> Iterator[Model]:
     glass = any(any(each.transmission) for each in scene.materials)
     if not scene.lights or not (glass or any(each.opacity < 1 for each in scene.materials)):
         return
+    if scene.objects:
+        yield from _crossings(scene)
     if any(each.opacity < 1 for each in scene.materials):
         yield Model(
             name="opaque_shadow",
@@ -55,3 +64,30 @@ def models(scene: Scene) -> Iterator[Model]:
             options={"counted_glass": True},
             when=("glass_side", "counted"),
         )
+
+
+def _crossings(scene: Scene) -> Iterator[Model]:
+    """Rays that go on from a point moved by an epsilon, and so pass over a second surface that lies nearer.
+
+    The epsilon is the declared one. Else it is one that keeps no surface apart from another but those that float32
+    cannot tell apart, or a constant one, of .001, where that is less than half a pixel.
+    """
+    seen = width_of_view(scene)
+    for gap in (FLOAT["float32"] * seen, CONSTANT):
+        if gap > LARGEST * seen / scene.width:
+            continue
+        for switches, rays, loses in (
+            (("shadow_gap",), "shadow rays cross one alone", "crossings"),
+            (("shadow_gap",), "shadow rays leave out the second object, back and all", "objects"),
+            (("shadow_gap", "ray_gap"), "shadow rays, and rays that go on, cross one alone", "crossings"),
+            (("ray_gap",), "rays that go on cross one alone", "crossings"),
+        ):
+            yield Model(
+                name="crossed_once",
+                kind="limitation",
+                claim=f"of transparent surfaces that an epsilon ({gap:.2g} unless declared) does not keep apart {rays}",
+                cites=_EPSILON,
+                options={**dict.fromkeys(switches, gap), "gap_loses": loses},
+                when=("crossings", "once"),
+                declared=tuple(f"{each}=epsilon" for each in switches),
+            )

@@ -163,15 +163,15 @@ def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, 
 
 def _of_a_pixel(model: Model) -> Model:
     """``model`` for subsamples: acne begins where a hit's error exceeds half a pixel, not half a subsample."""
-    error = model.options.get("hit_error")
-    return model if error is None else replace(model, options={**model.options, "hit_error": error / SUBSAMPLES})
+    errors = {each: model.options[each] / SUBSAMPLES for each in ("hit_error", "sphere_error") if each in model.options}
+    return replace(model, options={**model.options, **errors}) if errors else model
 
 
 def _declared(model: Model) -> dict[str, Any]:
     """What a renderer declares that has the limitation ``model``."""
     if model.declared or model.when == ("resolves", "ray_float32"):
         return {"precision": "float32", "hit_error": -1.0}  # as large as float32 implies
-    return {model.when[0]: model.when[1]} if model.when else {}
+    return {name: int(value) if name == "bounces" else value for name, value in model.conditions}
 
 
 def _limited(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[str, Any]]:
