@@ -5,11 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from pxr import Usd, UsdGeom
 
-from notabug.scenes_usd.reader_polygons import Polygons
+from notabug.scenes_usd.reader_faces import sound_faces
 from notabug.scenes_usd.reader_values import TIME, fault, integers, number, value, vectors, world_matrix
 from notabug.scenes_usd.scene import Floats, Ints, Mesh, Sphere
+
+SHORTEST = 1e-30  # length of a normal: its square is still a float64 by far, and no exporter writes such a one
+
+Places = npt.NDArray[np.int64]
 
 
 def read_sphere(prim: Usd.Prim, material: int) -> Sphere:
@@ -20,10 +25,10 @@ def read_sphere(prim: Usd.Prim, material: int) -> Sphere:
     return Sphere(str(prim.GetPath()), radius, material, world_matrix(prim))
 
 
-def read_mesh(prim: Usd.Prim, material: int, polygons: Polygons) -> Mesh:
+def read_mesh(prim: Usd.Prim, material: int) -> Mesh | None:
     """The mesh at ``prim``: its points in world space, every attribute per corner, counter-clockwise from outside.
 
-    ``polygons`` gathers its faces, which are still to be checked.
+    Corners in one place are one, and faces without an area are left out; None where none is left.
     """
     scheme = value(prim, "subdivisionScheme")
     if scheme != "none":
@@ -39,9 +44,17 @@ def read_mesh(prim: Usd.Prim, material: int, polygons: Polygons) -> Mesh:
         raise fault(prim, "holeIndices", "holes are not supported", do="leave the faces out")
     points = vectors(prim, "points", value(prim, "points"), 3)
     counts, corners = _topology(prim, len(points))
-    normals = _normals(prim, points, counts, corners)
+    normals_name, normals = _normals(prim, points, counts, corners)
     uv = _corner_primvar(prim, "primvars:st", 2, len(points), counts, corners)
-    polygons.add(prim, points, counts, corners, uv)
+    kept, counts = sound_faces(points, counts, corners, normals, uv)
+    if not len(counts):
+        return None
+    if normals is not None:
+        _check_directions(prim, normals_name, normals, kept)
+    if len(kept) < len(corners):
+        corners = corners[kept]
+        normals = None if normals is None else normals[kept]
+        uv = None if uv is None else uv[kept]
 
     matrix = world_matrix(prim)
     linear = matrix[:3, :3]
@@ -95,21 +108,34 @@ def _topology(prim: Usd.Prim, points: int) -> tuple[Ints, Ints]:
     return counts, corners
 
 
-def _normals(prim: Usd.Prim, points: Floats, counts: Ints, corners: Ints) -> Floats | None:
-    """Local normals per corner, not normalised, or None. ``primvars:normals`` wins over ``normals``, as USD says."""
+def _normals(prim: Usd.Prim, points: Floats, counts: Ints, corners: Ints) -> tuple[str, Floats | None]:
+    """Their attribute, and local normals per corner, not normalised, or None.
+
+    ``primvars:normals`` wins over ``normals``, as USD says.
+    """
     name = "primvars:normals"
     found = _corner_primvar(prim, name, 3, len(points), counts, corners)
-    if found is None:
-        name = "normals"
-        values = vectors(prim, name, value(prim, name), 3)
-        if not len(values):
-            return None
-        interpolation = str(UsdGeom.Mesh(prim).GetNormalsInterpolation())
-        found = _per_corner(prim, name, values, interpolation, len(points), counts, corners)
-    zero = np.flatnonzero(np.linalg.norm(found, axis=1) < 1e-30)
+    if found is not None:
+        return name, found
+    name = "normals"
+    values = vectors(prim, name, value(prim, name), 3)
+    if not len(values):
+        return name, None
+    interpolation = str(UsdGeom.Mesh(prim).GetNormalsInterpolation())
+    return name, _per_corner(prim, name, values, interpolation, len(points), counts, corners)
+
+
+def _check_directions(prim: Usd.Prim, name: str, normals: Floats, kept: Places) -> None:
+    """Raise SceneError for a normal without a length at a corner that is ``kept``; others are seen nowhere."""
+    zero = kept[np.linalg.norm(normals[kept], axis=1) < SHORTEST]
     if zero.size:
-        raise fault(prim, name, f"the normal of corner {zero[0]} has no length", expected="a direction")
-    return found
+        raise fault(
+            prim,
+            name,
+            f"the normal of corner {zero[0]} has no length",
+            expected="a direction",
+            do="leave the normals out, and the mesh is drawn by its facets, or author each",
+        )
 
 
 def _corner_primvar(prim: Usd.Prim, name: str, width: int, points: int, counts: Ints, corners: Ints) -> Floats | None:
