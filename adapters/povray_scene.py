@@ -50,6 +50,7 @@ from notabug.scenes_usd.triangulate import triangulate
 MAX_TRACE_LEVEL = 9  # eight bounces and the camera's ray
 _REACH = 1e-6  # fade_distance over the distance to the scene's farthest corner
 _ALIKE = 1e-5  # normals closer than this are one to POV-Ray
+_LEAST_EXPONENT = 1e-20  # as ``roughness`` it has no 0; any cosine of a double to the power of this is 1
 _LEAST_FADE = 1e-9  # POV-Ray ignores a fade_distance below 1e-10
 
 
@@ -201,7 +202,7 @@ def _texture(material: Material, image: Image | None, channel: int | None) -> st
     if strength and material.lobe == "phong":
         finish += f" phong {_number(strength)} phong_size {_number(material.exponent)}"
     elif strength:
-        finish += f" specular {_number(strength)} roughness {_number(1.0 / material.exponent)}"
+        finish += f" specular {_number(strength)} roughness {_number(1.0 / max(material.exponent, _LEAST_EXPONENT))}"
     if any(material.mirror):
         finish += f" reflection {{ rgb {_vector(material.mirror)} }}"
     interior = f" interior {{ ior {_number(material.ior)} }}" if any(material.transmission) else ""

@@ -77,12 +77,13 @@ def check_finite(values: npt.NDArray[np.floating], scene: Scene, under: str = ""
     if not wrong.any():
         return
     y, x = (int(each[0]) for each in np.nonzero(wrong))
+    how_many = f"NaN or Inf at {int(wrong.sum())} of {wrong.size} pixels"
     raise ReferenceNotFiniteError(
         "the reference is not finite" + (f" under {under}" if under else ""),
         where=f"{scene.id} {scene.variant}".rstrip(),
         expected="finite values",
-        got=f"NaN or Inf at {int(wrong.sum())} of {wrong.size} pixels, the first at ({x}, {y}): {values[y, x].tolist()}",
-        do="look at what is seen there: opposite normals, a light on a surface, an exponent or a size beyond all bounds",
+        got=f"{how_many}, the first at ({x}, {y}): {values[y, x].tolist()}",
+        do="look there for opposite normals, a light on a surface, or light whose square float32 cannot hold, 1e19",
     )
 
 

@@ -1,4 +1,4 @@
-"""The shape of a mesh's faces: which are flat, which are convex, which mean a bilinear patch. One tolerance decides all.
+"""The shape of a mesh's faces: which are flat, convex, or mean a bilinear patch. One tolerance decides all.
 
 Points come as float32, so no real quad is exactly flat, and no edge exactly straight. What counts is measured in the
 frame of the mesh, where its points were authored and rounded: a transform of the prim changes no answer.

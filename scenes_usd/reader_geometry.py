@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 from pxr import Usd, UsdGeom
 
 from notabug.scenes_usd.reader_faces import sound_faces
-from notabug.scenes_usd.reader_values import TIME, fault, integers, number, value, vectors, world_matrix
+from notabug.scenes_usd.reader_values import (
+    check_reach,
+    fault,
+    integers,
+    number,
+    turns_over,
+    value,
+    vectors,
+    world_matrix,
+)
 from notabug.scenes_usd.scene import Floats, Ints, Mesh, Sphere
 
 SHORTEST = 1e-30  # length of a normal: its square is still a float64 by far, and no exporter writes such a one
@@ -22,7 +29,9 @@ def read_sphere(prim: Usd.Prim, material: int) -> Sphere:
     radius = number(prim, "radius", 1.0, low=0.0)
     if radius == 0.0:
         raise fault(prim, "radius", "out of range", expected="above 0", got="0")
-    return Sphere(str(prim.GetPath()), radius, material, world_matrix(prim))
+    matrix = world_matrix(prim)
+    check_reach(prim, "radius", radius * matrix[:3, :3] + matrix[3, :3])
+    return Sphere(str(prim.GetPath()), radius, material, matrix)
 
 
 def read_mesh(prim: Usd.Prim, material: int) -> Mesh | None:
@@ -30,7 +39,7 @@ def read_mesh(prim: Usd.Prim, material: int) -> Mesh | None:
 
     Corners in one place are one, and faces without an area are left out; None where none is left.
     """
-    scheme = value(prim, "subdivisionScheme")
+    scheme = value(prim, "subdivisionScheme", "word")
     if scheme != "none":
         raise fault(
             prim,
@@ -40,9 +49,9 @@ def read_mesh(prim: Usd.Prim, material: int) -> Mesh | None:
             got=str(scheme),
             do='author uniform token subdivisionScheme = "none"',
         )
-    if len(integers(value(prim, "holeIndices"))):
+    if len(integers(prim, "holeIndices")):
         raise fault(prim, "holeIndices", "holes are not supported", do="leave the faces out")
-    points = vectors(prim, "points", value(prim, "points"), 3)
+    points = vectors(prim, "points", 3)
     counts, corners = _topology(prim, len(points))
     normals_name, normals = _normals(prim, points, counts, corners)
     uv = _corner_primvar(prim, "primvars:st", 2, len(points), counts, corners)
@@ -58,18 +67,21 @@ def read_mesh(prim: Usd.Prim, material: int) -> Mesh | None:
 
     matrix = world_matrix(prim)
     linear = matrix[:3, :3]
-    mirrored = bool(np.linalg.det(linear) < 0)
-    if mirrored != (value(prim, "orientation", "rightHanded") == "leftHanded"):
+    mirrored = turns_over(linear)
+    if mirrored != (value(prim, "orientation", "word", "rightHanded") == "leftHanded"):
         order = _reversed_order(counts)
         corners = corners[order]
         normals = None if normals is None else normals[order]
         uv = None if uv is None else uv[order]
     if normals is not None:
-        normals = normals @ np.linalg.inv(linear).T
+        unit = 2.0 ** np.floor(np.log2(np.abs(linear).max()))  # exact; keeps squares in range
+        normals = normals @ np.linalg.inv(linear / unit).T
         normals = np.ascontiguousarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
+    placed = np.ascontiguousarray(points @ linear + matrix[3, :3])
+    check_reach(prim, "points", placed)
     return Mesh(
         path=str(prim.GetPath()),
-        points=np.ascontiguousarray(points @ linear + matrix[3, :3]),
+        points=placed,
         counts=counts,
         corners=np.ascontiguousarray(corners),
         material=material,
@@ -81,8 +93,8 @@ def read_mesh(prim: Usd.Prim, material: int) -> Mesh | None:
 
 def _topology(prim: Usd.Prim, points: int) -> tuple[Ints, Ints]:
     """faceVertexCounts (f,) and faceVertexIndices (c,), checked against each other and the number of points."""
-    counts = integers(value(prim, "faceVertexCounts"))
-    corners = integers(value(prim, "faceVertexIndices"))
+    counts = integers(prim, "faceVertexCounts")
+    corners = integers(prim, "faceVertexIndices")
     if not len(counts):
         raise fault(prim, "faceVertexCounts", "the mesh has no faces")
     if counts.min() < 3:
@@ -118,7 +130,7 @@ def _normals(prim: Usd.Prim, points: Floats, counts: Ints, corners: Ints) -> tup
     if found is not None:
         return name, found
     name = "normals"
-    values = vectors(prim, name, value(prim, name), 3)
+    values = vectors(prim, name, 3)
     if not len(values):
         return name, None
     interpolation = str(UsdGeom.Mesh(prim).GetNormalsInterpolation())
@@ -143,10 +155,9 @@ def _corner_primvar(prim: Usd.Prim, name: str, width: int, points: int, counts: 
     primvar = UsdGeom.Primvar(prim.GetAttribute(name))
     if not primvar or not primvar.HasValue():
         return None
-    values = vectors(prim, name, value(prim, name), width)
+    values = vectors(prim, name, width)
     if primvar.IsIndexed():
-        chosen: Any = primvar.GetIndices(TIME)
-        indices = integers(chosen)
+        indices = integers(prim, f"{name}:indices", primvar.GetIndicesAttr())
         outside = np.flatnonzero((indices < 0) | (indices >= len(values)))
         if outside.size:
             raise fault(

@@ -15,7 +15,7 @@ from notabug.scenes_usd.reader_geometry import read_mesh, read_sphere
 from notabug.scenes_usd.reader_light import read_distant, read_point
 from notabug.scenes_usd.reader_shading import Materials
 from notabug.scenes_usd.reader_texture import Textures
-from notabug.scenes_usd.reader_values import TIME, fault
+from notabug.scenes_usd.reader_values import fault, value
 from notabug.scenes_usd.scene import Light, Mesh, Object, Scene
 from notabug.scenes_usd.untrusted import is_trusted, layers_of
 
@@ -149,7 +149,7 @@ def _visible(stage: Usd.Stage) -> Iterator[Usd.Prim]:
     for prim in prims:
         imageable = UsdGeom.Imageable(prim)
         if imageable:
-            if imageable.GetVisibilityAttr().Get(TIME) == UsdGeom.Tokens.invisible:
+            if value(prim, "visibility", "word") == UsdGeom.Tokens.invisible:
                 prims.PruneChildren()
                 continue
             if imageable.ComputePurpose() in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy):
