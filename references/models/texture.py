@@ -36,7 +36,7 @@ def models(scene: Scene) -> Iterator[Model]:
             cites=_PAPER,
             edit=lambda scene: replace(scene, intent=None),
         )
-    elif any(_bends(each, each.uv) for each in textured) or any(_bends(each, each.normals) for each in scene.meshes):
+    else:
         yield from _cuts(scene)
     if not textured:
         return
@@ -76,9 +76,12 @@ def models(scene: Scene) -> Iterator[Model]:
 
 
 def _cuts(scene: Scene) -> Iterator[Model]:
-    """The ways to cut faces of more than three corners, shape, normals and uv together."""
+    """The ways to cut faces of more than three corners, shape, normals and uv together, that make a difference."""
+    shown = [each.texture >= 0 for each in scene.materials]
+    bends = any(_bends(each, each.normals) or (shown[each.material] and _bends(each, each.uv)) for each in scene.meshes)
+    folds = any(_folds(each) for each in scene.meshes)
     for each, how in _CUTS.items():
-        if each != "fan" or any(_folds(mesh) for mesh in scene.meshes):
+        if folds if each == "fan" else bends:
             yield Model(
                 name=f"quad_split_{each}",
                 kind="limitation",
