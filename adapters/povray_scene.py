@@ -267,10 +267,12 @@ def _honoured(mesh: Mesh, normals: Floats) -> Floats:
     first = np.concatenate([[0], np.cumsum(mesh.counts)[:-1]]).astype(np.intp)
     face = np.repeat(np.arange(len(first)), mesh.counts)
     spread = np.maximum.reduceat(np.linalg.norm(normals - normals[first][face], axis=1), first)
-    a, b, c = (mesh.points[mesh.corners[first + step]] for step in range(3))
-    plane = np.cross(b - a, c - a)
-    with np.errstate(invalid="ignore", divide="ignore"):  # a face without area is not drawn
-        plane /= np.linalg.norm(plane, axis=1)[:, None]
+    reach = mesh.points[mesh.corners] - mesh.points[mesh.corners[first]][face]
+    after = np.arange(1, len(face) + 1)
+    after[first + mesh.counts - 1] = first
+    plane = np.add.reduceat(np.cross(reach, reach[after]), first)  # twice the area along the normal, after Newell
+    length = np.linalg.norm(plane, axis=1, keepdims=True)
+    plane = np.where(length > 0.0, plane / np.where(length > 0.0, length, 1.0), normals[first])  # none: it is not drawn
     off = np.linalg.norm(normals[first] - plane, axis=1) > _ALIKE
     tilted = first[off & (spread < 2.0 * _ALIKE)]
     kept = normals.copy()

@@ -27,24 +27,24 @@ def sound_faces(
     """
     places = points[corners]
     room = _by_face(ULPS * np.abs(places).max(axis=1), counts, np.maximum)
-    kept = ~_repeated(places, counts, room, normals, uv)
-    left = np.add.reduceat(kept.astype(np.int32), np.cumsum(counts) - counts).astype(np.int32)
-    drawn = left >= 3
-    kept &= np.repeat(drawn, counts)
-    counts, room = left[drawn], room[drawn]
-    if not len(counts):
-        return np.flatnonzero(kept), counts
-    wide = _have_area(places[kept], counts, room)
-    if not wide.all():
-        kept[np.flatnonzero(kept)[~np.repeat(wide, counts)]] = False
-        counts = counts[wide]
-    return np.flatnonzero(kept), counts
+    kept = np.arange(len(corners), dtype=np.int64)
+    while len(counts):
+        alike = _repeated(places[kept], counts, room, *(None if each is None else each[kept] for each in (normals, uv)))
+        if not alike.any():
+            break
+        left = np.add.reduceat((~alike).astype(np.int32), np.cumsum(counts) - counts).astype(np.int32)
+        drawn = left >= 3
+        kept = kept[~alike & np.repeat(drawn, counts)]
+        counts, room = left[drawn], room[drawn]
+    wide = _have_area(places[kept], counts, room) if len(counts) else np.zeros(0, np.bool_)
+    return kept[np.repeat(wide, counts)], counts[wide]
 
 
 def _repeated(places: Floats, counts: Ints, room: Floats, normals: Floats | None, uv: Floats | None) -> Bools:
     """The corners (c,) that lie where another of their face does beside them, and add nothing to it.
 
-    Of a row of them the first stays, and the face's own first corner always.
+    Of a row of them the first stays, and the face's own first corner always; one that then closes a face on its first
+    is found when this is asked again.
     """
     starts = np.cumsum(counts) - counts
     before = np.arange(len(places)) - 1
@@ -57,7 +57,7 @@ def _repeated(places: Floats, counts: Ints, room: Floats, normals: Floats | None
     closes = alike[starts]  # the first corner lies where the last does: the last goes
     alike[starts] = False
     alike[(starts + counts - 1)[closes]] = True
-    return alike
+    return np.asarray(alike)
 
 
 def _agree(a: Floats, b: Floats) -> Bools:

@@ -145,10 +145,11 @@ def _diagonal_of(scene: Scene, intent: Mesh) -> Diagonal | None:
     if len(drawn) != 1:
         return None
     found = triangulate(drawn[0]).points
-    for diagonal in ("02", "13"):
+    diagonals: tuple[Diagonal, ...] = ("02", "13")
+    for diagonal in diagonals:
         cut = triangulate(intent, diagonal).points
         if len(cut) == len(found) and _corner_set(cut) == _corner_set(found):
-            return diagonal  # type: ignore[return-value]
+            return diagonal
     return None
 
 

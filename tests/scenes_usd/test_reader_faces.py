@@ -91,6 +91,14 @@ def test_an_edge_without_length_goes_from_any_polygon(place: int, write: Write) 
     np.testing.assert_allclose(mesh.uv, mesh.points[mesh.corners][:, :2] / 4)
 
 
+@pytest.mark.parametrize("face", [[0, 1, 2, 0, 0], [0, 0, 1, 1, 2, 2, 0], [0, 0, 0, 1, 2], [1, 2, 2, 2, 0, 0, 1]])
+def test_rows_of_corners_in_one_place(face: list[int], write: Write) -> None:
+    """However many, and across the first corner too, they are one."""
+    (mesh,) = meshes(write(*shape(CORNERS, [face, [0, 1, 2]])))
+    assert mesh.counts.tolist() == [3, 3]
+    assert sorted(mesh.corners[:3].tolist()) == [0, 1, 2]
+
+
 def test_what_is_no_face_is_left_out_and_the_rest_keeps_its_own(write: Write) -> None:
     """Of faces before, between and after dropped ones normals and uv stay right, by every interpolation."""
     points = [*CORNERS, (4, 4, 0), (1, 0, 0)]
