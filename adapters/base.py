@@ -48,7 +48,8 @@ class Declaration:
     white : the largest value that the output can hold: 1 in integer formats.
     noisy : True where another seed gives another picture.
     samples : of a pixel in one picture; 0 where that is unknown.
-    ngon_split : the diagonal by which n-gons are cut before the renderer sees them: ``02`` joins corner 0 and 2;
+    ngon_split : how n-gons are cut before the renderer sees them: ``02`` joins corner 0 and 2, ``13`` corner 1 and 3,
+        ``shorter`` the nearer pair; ``fan`` makes a fan from the first corner whatever the face's shape;
         "" where n-gons keep their bilinear map; ``unknown`` for a picture of unknown making.
     silhouette : what becomes of an interpolated normal that faces away from the viewer.
     depth : format of the depth buffer; near and far are the camera's. "" where there is none that can show; where it is
@@ -95,7 +96,7 @@ class Declaration:
     quantum: float
     relative_quantum: bool
     noisy: bool
-    ngon_split: Literal["", "02", "13", "unknown"] = ""
+    ngon_split: Literal["", "02", "13", "shorter", "fan", "unknown"] = ""
     silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
     depth: Literal["", "fixed16", "fixed24", "float32", "reversed32", "unknown"] = ""
     coincident: Literal["first", "another", "unknown"] = "first"

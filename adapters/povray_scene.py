@@ -50,6 +50,7 @@ from notabug.scenes_usd.triangulate import triangulate
 MAX_TRACE_LEVEL = 9  # eight bounces and the camera's ray
 _REACH = 1e-6  # fade_distance over the distance to the scene's farthest corner
 _ALIKE = 1e-5  # normals closer than this are one to POV-Ray
+_LEAST_EXPONENT = 1e-20  # as ``roughness`` it has no 0; any cosine of a double to the power of this is 1
 _LEAST_FADE = 1e-9  # POV-Ray ignores a fade_distance below 1e-10
 
 
@@ -201,7 +202,7 @@ def _texture(material: Material, image: Image | None, channel: int | None) -> st
     if strength and material.lobe == "phong":
         finish += f" phong {_number(strength)} phong_size {_number(material.exponent)}"
     elif strength:
-        finish += f" specular {_number(strength)} roughness {_number(1.0 / material.exponent)}"
+        finish += f" specular {_number(strength)} roughness {_number(1.0 / max(material.exponent, _LEAST_EXPONENT))}"
     if any(material.mirror):
         finish += f" reflection {{ rgb {_vector(material.mirror)} }}"
     interior = f" interior {{ ior {_number(material.ior)} }}" if any(material.transmission) else ""
@@ -266,10 +267,12 @@ def _honoured(mesh: Mesh, normals: Floats) -> Floats:
     first = np.concatenate([[0], np.cumsum(mesh.counts)[:-1]]).astype(np.intp)
     face = np.repeat(np.arange(len(first)), mesh.counts)
     spread = np.maximum.reduceat(np.linalg.norm(normals - normals[first][face], axis=1), first)
-    a, b, c = (mesh.points[mesh.corners[first + step]] for step in range(3))
-    plane = np.cross(b - a, c - a)
-    with np.errstate(invalid="ignore", divide="ignore"):  # a face without area is not drawn
-        plane /= np.linalg.norm(plane, axis=1)[:, None]
+    reach = mesh.points[mesh.corners] - mesh.points[mesh.corners[first]][face]
+    after = np.arange(1, len(face) + 1)
+    after[first + mesh.counts - 1] = first
+    plane = np.add.reduceat(np.cross(reach, reach[after]), first)  # twice the area along the normal, after Newell
+    length = np.linalg.norm(plane, axis=1, keepdims=True)
+    plane = np.where(length > 0.0, plane / np.where(length > 0.0, length, 1.0), normals[first])  # none: it is not drawn
     off = np.linalg.norm(normals[first] - plane, axis=1) > _ALIKE
     tilted = first[off & (spread < 2.0 * _ALIKE)]
     kept = normals.copy()

@@ -252,10 +252,11 @@ def regions(mask: Bools) -> tuple[tuple[int, int, int, int], ...]:
 
 
 def _numbers(measured: Measured, found: Explanation, reference: Admissible) -> dict[str, float]:
-    square = np.square(measured.mean - reference.value)
+    value = reference.value.astype(np.float64)  # squares of bright pixels are beyond float32
+    square = np.square(measured.mean - value)
     return {
         "rmse": float(np.sqrt(square.mean())),
-        "rel_mse": float((square / (reference.value**2 + 1e-2)).mean()),
+        "rel_mse": float((square / (value**2 + 1e-2)).mean()),
         "max": float(np.sqrt(square.max())),
         "gain": found.nuisance.gain,
         "shift_x": found.nuisance.shift[0],

@@ -91,7 +91,7 @@ def _gains(measured: Measured, to: Admissible, smooth: Bools) -> list[tuple[floa
     """The gain and its standard error of all channels together, and of each alone."""
     dark = 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)
     even, bright = (some(np.flatnonzero(each)) for each in (smooth, smooth & (largest(to.value) > dark)))
-    allowed = pixels(to.tau, even) / np.maximum(pixels(to.value, even), 1e-30)
+    allowed = pixels(to.tau, even).astype(np.float64) / np.maximum(pixels(to.value, even), 1e-30)
     x, y, tau, variance = (
         pixels(each, bright).astype(np.float64) for each in (to.value, measured.mean, to.tau, measured.variance)
     )

@@ -16,19 +16,20 @@ def command(deed: str, sources: Sequence[str], variants: Sequence[str]) -> ExitC
 
     Without ``variants`` every one of each set is taken.
     """
+    from notabug.references.predict import ReferenceNotFiniteError
     from notabug.references.store import ReferenceMissingError, build, compare
 
     out = console(stderr=True)
     code = ExitCode.OK
     for scene in _scenes(sources, variants):
         name = f"{scene.id} {scene.variant}".rstrip()
-        if deed == "build":
-            out.print(f"{name}: {build(scene)}", markup=False, soft_wrap=True)
-            continue
         try:
+            if deed == "build":
+                out.print(f"{name}: {build(scene)}", markup=False, soft_wrap=True)
+                continue
             found = compare(scene)
-        except ReferenceMissingError as missing:
-            out.print(str(missing), markup=False, soft_wrap=True)
+        except (ReferenceMissingError, ReferenceNotFiniteError) as error:
+            out.print(str(error), markup=False, soft_wrap=True)
             code = ExitCode.REFERENCE
             continue
         out.print(f"{name}: {found}", markup=False, soft_wrap=True)

@@ -12,7 +12,7 @@ class ExitCode(IntEnum):
     BUG = 1  # At least one picture holds a bug that nobody has accepted.
     USAGE = 2  # The command, a scene or a picture was not usable; nothing was judged for it.
     RENDERER = 3  # A renderer failed, did not pass calibration, or is required and not installed.
-    REFERENCE = 4  # A reference is missing or does not match its scene.
+    REFERENCE = 4  # A reference is missing, holds NaN or Inf, or does not match its scene.
     NOTHING = 5  # The selection holds no job: no scene matches, or no renderer is installed.
 
 
@@ -22,6 +22,7 @@ _BY_ERROR = {
     "RendererError": ExitCode.RENDERER,
     "RendererMissingError": ExitCode.RENDERER,
     "ReferenceMissingError": ExitCode.REFERENCE,
+    "ReferenceNotFiniteError": ExitCode.REFERENCE,
 }
 
 

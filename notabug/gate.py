@@ -14,6 +14,8 @@ from notabug.expectation import WORSE, Entry, State, against_entry, against_tabl
 from notabug.record import Result
 from notabug.tool import models_version
 
+NO_REFERENCE = "reference"  # the trigger of an error that is the reference's, no matter what the renderer did
+
 FailOn = Literal["any", "visible"]
 
 
@@ -77,11 +79,13 @@ class Gate:
 
 
 def code_of(results: Sequence[Result]) -> ExitCode:
-    """A bug outweighs an error; what is accepted counts for neither."""
-    failing = {each.verdict.word for each in results if each.fails}
-    if failing - {"error"}:
+    """A bug outweighs an error, and a renderer's that of a reference; what is accepted counts for neither."""
+    failing = [each.verdict for each in results if each.fails]
+    if any(each.word != "error" for each in failing):
         return ExitCode.BUG
-    return ExitCode.RENDERER if failing else ExitCode.OK
+    if any(NO_REFERENCE not in each.triggers for each in failing):
+        return ExitCode.RENDERER
+    return ExitCode.REFERENCE if failing else ExitCode.OK
 
 
 def _key(result: Result) -> tuple[str, str, str]:

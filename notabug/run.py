@@ -16,8 +16,9 @@ from typing import Any, Protocol
 from notabug.adapters.base import Adapter, Found, Quality, Render, RendererMissingError, UnsupportedError
 from notabug.calibration import CARDS, refusal
 from notabug.crew import Alone, Crew, rendering
+from notabug.exit_codes import ExitCode, exit_code
 from notabug.folders import job_folder, job_lock, sole_writer, write_json, write_text
-from notabug.gate import Gate
+from notabug.gate import NO_REFERENCE, Gate
 from notabug.metrics.verdict import Verdict, Word
 from notabug.record import SCHEMA, RecordError, Result
 from notabug.scenes_usd.catalogue import expected
@@ -311,7 +312,8 @@ def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
         return replace(blank, verdict=_no_judgement("unsupported", str(error)), expected=stated)
     except NotabugError as error:
         _keep_log(folder, getattr(error, "log", ""))
-        return replace(blank, verdict=_no_judgement("error", str(error)))
+        why = (NO_REFERENCE,) if exit_code(error) is ExitCode.REFERENCE else ()
+        return replace(blank, verdict=replace(_no_judgement("error", str(error)), triggers=why))
     except Exception as error:  # a defect in one adapter or model must not cost the other results
         _keep_log(folder, traceback.format_exc())
         what = f"internal error: {type(error).__name__}: {error}; the trace is in {folder / 'log.txt'}"

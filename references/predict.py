@@ -19,6 +19,7 @@ from notabug.references.cache import cache_root, source_hash
 from notabug.references.models.model import Model
 from notabug.references.tracer.envelope import Envelope, Options, trace_envelope, trace_picture
 from notabug.scenes_usd import triangulate
+from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
 # What an envelope is computed by: the tracer, as it was built and by which compiler, and the cutting of polygons.
@@ -34,6 +35,10 @@ CACHE_BYTES = 2 << 30  # the oldest files of a kind go when the cache has grown 
 SWEEPS = ("00", "40", "80", "c0")  # beginnings of the names, one in 64, after which it is looked at
 
 
+class ReferenceNotFiniteError(NotabugError):
+    """A reference holds NaN or Inf: nothing can be judged by it, for no comparison with NaN is ever true."""
+
+
 def configured(scene: Scene, models: Iterable[Model]) -> tuple[Scene, Options]:
     """The scene and the tracer's switches under ``models``; none: the reference. A fault's switches win."""
     options: dict[str, object] = {}
@@ -46,20 +51,47 @@ def configured(scene: Scene, models: Iterable[Model]) -> tuple[Scene, Options]:
 def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) -> Envelope:
     """The envelope of ``scene`` under ``models`` (none: the reference), from the cache where it is there.
 
+    Raises ReferenceNotFiniteError where it holds NaN or Inf, unless a fault is among the models: a fault may overflow.
+
     The cache's key is the configured scene's contents, the switches, the sources that compute it and the version of
     numpy; its values are float32 (relative error 6e-8, far below any tolerance).
     """
-    configured_scene, options = configured(scene, models)
-    path = _path(configured_scene, options, "envelopes")
+    chosen = tuple(models)
+    envelope = _predicted(*configured(scene, chosen), cached=cached)
+    if all(each.kind != "fault" for each in chosen):
+        for values in (envelope.point, envelope.mean, envelope.lo, envelope.hi, envelope.variance):
+            check_finite(values, scene, " and ".join(each.name for each in chosen))
+    return envelope
+
+
+def _predicted(scene: Scene, options: Options, *, cached: bool) -> Envelope:
+    """The envelope of a configured scene."""
+    path = _path(scene, options, "envelopes")
     if cached:
         try:
             return _stored(path)
         except (OSError, ValueError, EOFError):  # no file, or a damaged one
             path.unlink(missing_ok=True)
-    envelope = _stored_form(trace_envelope(configured_scene, options))
+    envelope = _stored_form(trace_envelope(scene, options))
     if cached:
         _keep(path, list(envelope.arrays().values()))
     return envelope
+
+
+def check_finite(values: npt.NDArray[np.floating], scene: Scene, under: str = "") -> None:
+    """Raise ReferenceNotFiniteError where ``values`` (h, w, 3), predicted of ``scene``, hold NaN or Inf."""
+    wrong = ~np.isfinite(values).all(axis=2)
+    if not wrong.any():
+        return
+    y, x = (int(each[0]) for each in np.nonzero(wrong))
+    how_many = f"NaN or Inf at {int(wrong.sum())} of {wrong.size} pixels"
+    raise ReferenceNotFiniteError(
+        "the reference is not finite" + (f" under {under}" if under else ""),
+        where=f"{scene.id} {scene.variant}".rstrip(),
+        expected="finite values",
+        got=f"{how_many}, the first at ({x}, {y}): {values[y, x].tolist()}",
+        do="look there for opposite normals, a light on a surface, or light whose square float32 cannot hold, 1e19",
+    )
 
 
 @lru_cache(maxsize=8)  # pictures of one scene are judged one after the other
@@ -80,7 +112,7 @@ def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float3
         return _stored_picture(path)
     except (OSError, ValueError, EOFError):
         path.unlink(missing_ok=True)
-    picture = trace_picture(configured_scene, options, threads=1).astype(np.float32)
+    picture = _single(trace_picture(configured_scene, options, threads=1))
     _keep(path, [picture])
     return picture
 
@@ -101,9 +133,21 @@ def _path(scene: Scene, options: Options, kind: str) -> Path:
 
 
 def _stored_form(envelope: Envelope) -> Envelope:
-    """The envelope as the cache gives it back, so that a first run and a second one judge alike."""
-    floats: Any = {k: v.astype(np.float32) for k, v in envelope.arrays().items() if v.dtype == np.float64}
+    """The envelope as the cache gives it back, so that a first run and a second one judge alike.
+
+    What is beyond float32 is infinite there.
+    """
+    floats: Any = {k: _single(v) for k, v in envelope.arrays().items() if v.dtype == np.float64}
     return replace(envelope, **floats)
+
+
+def _single(values: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    """``values`` in float32, those beyond its range as infinities."""
+    most = float(np.finfo(np.float32).max)
+    beyond = np.abs(values) > most
+    if beyond.any():
+        values = np.where(beyond, np.copysign(np.inf, values), values)
+    return values.astype(np.float32)
 
 
 def _keep(path: Path, arrays: Sequence[npt.NDArray[Any]]) -> None:

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from notabug import __version__
 from notabug.references import _native
 from notabug.references.cache import source_hash
-from notabug.references.predict import configured
+from notabug.references.predict import check_finite, configured
 from notabug.references.tracer.envelope import trace_envelope
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import Picture, read_picture, write_exr
@@ -29,6 +29,7 @@ from notabug.scenes_usd.scene import Scene
 CORPUS = Path(__file__).resolve().parent / "corpus"
 GRID, REFINE = 4, 8  # subsamples along each side of a pixel, and of one whose footprint is mixed
 TOLERANCE = 1  # units in the last place that another processor's powers and square roots may move a value by
+BEYOND_HALF = 65520.0  # halfway from the largest half float, 65504, to the next one: rounded, it is infinite
 
 Halves = npt.NDArray[np.float16]
 
@@ -106,9 +107,8 @@ def compute(scene: Scene) -> Halves:
     """The reference (h, w, 3) of ``scene``, computed now, as it is stored."""
     scene_meant, options = configured(scene, ())
     mean = trace_envelope(scene_meant, options, grid=GRID, refine=REFINE).mean
-    with np.errstate(over="ignore"):
-        halves = mean.astype(np.float32).astype(np.float16)
-    if not np.isfinite(halves).all():
+    check_finite(mean, scene)
+    if float(np.abs(mean).max()) >= BEYOND_HALF:
         raise NotabugError(
             "the reference does not fit into half floats",
             where=f"{scene.id} {scene.variant}".rstrip(),
@@ -116,7 +116,7 @@ def compute(scene: Scene) -> Halves:
             got=f"{float(np.max(mean)):g}",
             do="lower the lights",
         )
-    return halves
+    return mean.astype(np.float32).astype(np.float16)
 
 
 def build(scene: Scene) -> Path:

@@ -8,7 +8,19 @@ import numpy as np
 from pxr import Usd, UsdRender
 
 from notabug.scenes_usd.errors import SceneError
-from notabug.scenes_usd.reader_values import fault, number, value, world_matrix
+from notabug.scenes_usd.reader_values import (
+    blamed,
+    check_plain,
+    fault,
+    number,
+    read,
+    same,
+    shown,
+    turns_over,
+    value,
+    vectors,
+    world_matrix,
+)
 from notabug.scenes_usd.scene import Camera
 
 DEFAULT_SIZE = (256, 256)
@@ -37,12 +49,14 @@ def read_camera(stage: Usd.Stage) -> tuple[Camera, int, int]:
     settings = find_settings(stage)
     width, height = _size(settings)
     prim = _camera_prim(stage, settings)
-    if value(prim, "projection") != "perspective":
-        raise fault(prim, "projection", "not supported", expected="perspective", got=str(value(prim, "projection")))
+    projection = value(prim, "projection", "word")
+    if projection != "perspective":
+        raise fault(prim, "projection", "not supported", expected="perspective", got=str(projection))
     for name in ("horizontalApertureOffset", "verticalApertureOffset", "fStop"):
-        if number(prim, name, 0.0) != 0.0:
-            raise fault(prim, name, "not supported", expected="0", got=f"{number(prim, name, 0.0):g}")
-    if len(value(prim, "clippingPlanes", ())):
+        found = number(prim, name, 0.0)
+        if not same(found, 0.0):
+            raise fault(prim, name, "not supported", expected="0", got=f"{found:g}")
+    if len(vectors(prim, "clippingPlanes", 4)):
         raise fault(prim, "clippingPlanes", "not supported", expected="none")
     horizontal, vertical, focal = (
         _positive(prim, name) for name in ("horizontalAperture", "verticalAperture", "focalLength")
@@ -52,8 +66,9 @@ def read_camera(stage: Usd.Stage) -> tuple[Camera, int, int]:
 
     matrix = world_matrix(prim)
     linear = matrix[:3, :3]
-    scale = float(np.cbrt(np.linalg.det(linear)))
-    if scale < 0 or not np.allclose(linear @ linear.T, scale * scale * np.eye(3), rtol=0, atol=1e-6 * scale * scale):
+    scale = float(np.cbrt(abs(np.linalg.det(linear))))
+    even = np.allclose(linear @ linear.T, scale * scale * np.eye(3), rtol=0, atol=1e-6 * scale * scale)
+    if turns_over(linear) or not even:
         raise fault(
             prim,
             "xformOpOrder",
@@ -80,11 +95,10 @@ def read_camera(stage: Usd.Stage) -> tuple[Camera, int, int]:
 
 def _range(prim: Usd.Prim) -> tuple[float, float]:
     """The near and the far plane."""
-    found = value(prim, "clippingRange")
-    try:
-        near, far = (float(each) for each in found)
-    except (TypeError, ValueError):
-        raise fault(prim, "clippingRange", "not a range", expected="two numbers", got=repr(found)) from None
+    found = value(prim, "clippingRange", "numbers")
+    if found is None or len(found) != 2:
+        raise fault(prim, "clippingRange", "not a range", expected="two numbers", got=shown(found))
+    near, far = found
     if not (math.isfinite(far) and 0.0 < near < far):
         raise fault(prim, "clippingRange", "out of range", expected="0 < near < far", got=f"({near:g}, {far:g})")
     return near, far
@@ -92,22 +106,26 @@ def _range(prim: Usd.Prim) -> tuple[float, float]:
 
 def _size(settings: Usd.Prim) -> tuple[int, int]:
     """The resolution; 256 x 256 where none is authored."""
-    attribute = settings.GetAttribute("resolution")
-    width, height = value(settings, "resolution") if attribute.HasAuthoredValue() else DEFAULT_SIZE
+    authored = settings.GetAttribute("resolution").HasAuthoredValue()
+    size = value(settings, "resolution", "numbers") if authored else DEFAULT_SIZE
+    if len(size) != 2 or any(each != round(each) for each in size if math.isfinite(each)):
+        raise fault(settings, "resolution", "not a size", expected="two whole numbers", got=shown(size))
+    width, height = size
     if not (1 <= width <= _MAX_SIDE and 1 <= height <= _MAX_SIDE):
-        raise fault(settings, "resolution", "out of range", expected=f"1 to {_MAX_SIDE}", got=f"({width}, {height})")
+        got = f"({width:g}, {height:g})"
+        raise fault(settings, "resolution", "out of range", expected=f"1 to {_MAX_SIDE}", got=got)
     ratio = number(settings, "pixelAspectRatio", 1.0)
-    if ratio != 1.0:
+    if not same(ratio, 1.0):
         raise fault(settings, "pixelAspectRatio", "only square pixels are supported", expected="1", got=f"{ratio:g}")
-    window = tuple(value(settings, "dataWindowNDC", (0, 0, 1, 1)))
-    if window != (0, 0, 1, 1):
-        raise fault(settings, "dataWindowNDC", "crops are not supported", expected="(0, 0, 1, 1)", got=str(window))
+    window = read(settings, "dataWindowNDC", settings.GetAttribute("dataWindowNDC"))
+    check_plain(settings, "dataWindowNDC", window, (0.0, 0.0, 1.0, 1.0), "crops are not supported")
     return int(width), int(height)
 
 
 def _camera_prim(stage: Usd.Stage, settings: Usd.Prim) -> Usd.Prim:
     relationship = settings.GetRelationship("camera")
-    targets = relationship.GetForwardedTargets() if relationship else []
+    with blamed(settings, "camera"):
+        targets = relationship.GetForwardedTargets() if relationship else []
     if len(targets) != 1:
         raise fault(
             settings, "camera", f"{len(targets)} cameras", expected="one", do="author rel camera = </Scene/Camera>"
@@ -122,7 +140,7 @@ def _conform(settings: Usd.Prim, horizontal: float, vertical: float, aspect: flo
     """The aperture after the conform policy has given it the picture's aspect ratio (width over height)."""
     if abs(horizontal - vertical * aspect) <= 1e-6 * horizontal:  # apertures are stored in float32
         return vertical * aspect, vertical
-    policy = str(value(settings, "aspectRatioConformPolicy", "expandAperture"))
+    policy = value(settings, "aspectRatioConformPolicy", "word", "expandAperture")
     wide = horizontal > vertical * aspect
     if (
         policy == "adjustApertureWidth"

@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+import numpy.typing as npt
 from pxr import Usd, UsdGeom
 
-from notabug.scenes_usd.reader_polygons import Polygons
-from notabug.scenes_usd.reader_values import TIME, fault, integers, number, value, vectors, world_matrix
+from notabug.scenes_usd.reader_faces import sound_faces
+from notabug.scenes_usd.reader_values import (
+    check_reach,
+    fault,
+    integers,
+    number,
+    turns_over,
+    value,
+    vectors,
+    world_matrix,
+)
 from notabug.scenes_usd.scene import Floats, Ints, Mesh, Sphere
+
+SHORTEST = 1e-30  # length of a normal: its square is still a float64 by far, and no exporter writes such a one
+
+Places = npt.NDArray[np.int64]
 
 
 def read_sphere(prim: Usd.Prim, material: int) -> Sphere:
@@ -17,15 +29,17 @@ def read_sphere(prim: Usd.Prim, material: int) -> Sphere:
     radius = number(prim, "radius", 1.0, low=0.0)
     if radius == 0.0:
         raise fault(prim, "radius", "out of range", expected="above 0", got="0")
-    return Sphere(str(prim.GetPath()), radius, material, world_matrix(prim))
+    matrix = world_matrix(prim)
+    check_reach(prim, "radius", radius * matrix[:3, :3] + matrix[3, :3])
+    return Sphere(str(prim.GetPath()), radius, material, matrix)
 
 
-def read_mesh(prim: Usd.Prim, material: int, polygons: Polygons) -> Mesh:
+def read_mesh(prim: Usd.Prim, material: int) -> Mesh | None:
     """The mesh at ``prim``: its points in world space, every attribute per corner, counter-clockwise from outside.
 
-    ``polygons`` gathers its faces, which are still to be checked.
+    Corners in one place are one, and faces without an area are left out; None where none is left.
     """
-    scheme = value(prim, "subdivisionScheme")
+    scheme = value(prim, "subdivisionScheme", "word")
     if scheme != "none":
         raise fault(
             prim,
@@ -35,28 +49,39 @@ def read_mesh(prim: Usd.Prim, material: int, polygons: Polygons) -> Mesh:
             got=str(scheme),
             do='author uniform token subdivisionScheme = "none"',
         )
-    if len(integers(value(prim, "holeIndices"))):
+    if len(integers(prim, "holeIndices")):
         raise fault(prim, "holeIndices", "holes are not supported", do="leave the faces out")
-    points = vectors(prim, "points", value(prim, "points"), 3)
+    points = vectors(prim, "points", 3)
     counts, corners = _topology(prim, len(points))
-    normals = _normals(prim, points, counts, corners)
+    normals_name, normals = _normals(prim, points, counts, corners)
     uv = _corner_primvar(prim, "primvars:st", 2, len(points), counts, corners)
-    polygons.add(prim, points, counts, corners, uv)
+    kept, counts = sound_faces(points, counts, corners, normals, uv)
+    if not len(counts):
+        return None
+    if normals is not None:
+        _check_directions(prim, normals_name, normals, kept)
+    if len(kept) < len(corners):
+        corners = corners[kept]
+        normals = None if normals is None else normals[kept]
+        uv = None if uv is None else uv[kept]
 
     matrix = world_matrix(prim)
     linear = matrix[:3, :3]
-    mirrored = bool(np.linalg.det(linear) < 0)
-    if mirrored != (value(prim, "orientation", "rightHanded") == "leftHanded"):
+    mirrored = turns_over(linear)
+    if mirrored != (value(prim, "orientation", "word", "rightHanded") == "leftHanded"):
         order = _reversed_order(counts)
         corners = corners[order]
         normals = None if normals is None else normals[order]
         uv = None if uv is None else uv[order]
     if normals is not None:
-        normals = normals @ np.linalg.inv(linear).T
+        unit = 2.0 ** np.floor(np.log2(np.abs(linear).max()))  # exact; keeps squares in range
+        normals = normals @ np.linalg.inv(linear / unit).T
         normals = np.ascontiguousarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
+    placed = np.ascontiguousarray(points @ linear + matrix[3, :3])
+    check_reach(prim, "points", placed)
     return Mesh(
         path=str(prim.GetPath()),
-        points=np.ascontiguousarray(points @ linear + matrix[3, :3]),
+        points=placed,
         counts=counts,
         corners=np.ascontiguousarray(corners),
         material=material,
@@ -68,8 +93,8 @@ def read_mesh(prim: Usd.Prim, material: int, polygons: Polygons) -> Mesh:
 
 def _topology(prim: Usd.Prim, points: int) -> tuple[Ints, Ints]:
     """faceVertexCounts (f,) and faceVertexIndices (c,), checked against each other and the number of points."""
-    counts = integers(value(prim, "faceVertexCounts"))
-    corners = integers(value(prim, "faceVertexIndices"))
+    counts = integers(prim, "faceVertexCounts")
+    corners = integers(prim, "faceVertexIndices")
     if not len(counts):
         raise fault(prim, "faceVertexCounts", "the mesh has no faces")
     if counts.min() < 3:
@@ -95,21 +120,34 @@ def _topology(prim: Usd.Prim, points: int) -> tuple[Ints, Ints]:
     return counts, corners
 
 
-def _normals(prim: Usd.Prim, points: Floats, counts: Ints, corners: Ints) -> Floats | None:
-    """Local normals per corner, not normalised, or None. ``primvars:normals`` wins over ``normals``, as USD says."""
+def _normals(prim: Usd.Prim, points: Floats, counts: Ints, corners: Ints) -> tuple[str, Floats | None]:
+    """Their attribute, and local normals per corner, not normalised, or None.
+
+    ``primvars:normals`` wins over ``normals``, as USD says.
+    """
     name = "primvars:normals"
     found = _corner_primvar(prim, name, 3, len(points), counts, corners)
-    if found is None:
-        name = "normals"
-        values = vectors(prim, name, value(prim, name), 3)
-        if not len(values):
-            return None
-        interpolation = str(UsdGeom.Mesh(prim).GetNormalsInterpolation())
-        found = _per_corner(prim, name, values, interpolation, len(points), counts, corners)
-    zero = np.flatnonzero(np.linalg.norm(found, axis=1) < 1e-30)
+    if found is not None:
+        return name, found
+    name = "normals"
+    values = vectors(prim, name, 3)
+    if not len(values):
+        return name, None
+    interpolation = str(UsdGeom.Mesh(prim).GetNormalsInterpolation())
+    return name, _per_corner(prim, name, values, interpolation, len(points), counts, corners)
+
+
+def _check_directions(prim: Usd.Prim, name: str, normals: Floats, kept: Places) -> None:
+    """Raise SceneError for a normal without a length at a corner that is ``kept``; others are seen nowhere."""
+    zero = kept[np.linalg.norm(normals[kept], axis=1) < SHORTEST]
     if zero.size:
-        raise fault(prim, name, f"the normal of corner {zero[0]} has no length", expected="a direction")
-    return found
+        raise fault(
+            prim,
+            name,
+            f"the normal of corner {zero[0]} has no length",
+            expected="a direction",
+            do="leave the normals out, and the mesh is drawn by its facets, or author each",
+        )
 
 
 def _corner_primvar(prim: Usd.Prim, name: str, width: int, points: int, counts: Ints, corners: Ints) -> Floats | None:
@@ -117,10 +155,9 @@ def _corner_primvar(prim: Usd.Prim, name: str, width: int, points: int, counts: 
     primvar = UsdGeom.Primvar(prim.GetAttribute(name))
     if not primvar or not primvar.HasValue():
         return None
-    values = vectors(prim, name, value(prim, name), width)
+    values = vectors(prim, name, width)
     if primvar.IsIndexed():
-        chosen: Any = primvar.GetIndices(TIME)
-        indices = integers(chosen)
+        indices = integers(prim, f"{name}:indices", primvar.GetIndicesAttr())
         outside = np.flatnonzero((indices < 0) | (indices >= len(values)))
         if outside.size:
             raise fault(

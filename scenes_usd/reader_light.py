@@ -7,7 +7,18 @@ import math
 import numpy as np
 from pxr import Usd
 
-from notabug.scenes_usd.reader_values import Colour, check_colour, fault, number, value, world_matrix
+from notabug.scenes_usd.reader_values import (
+    ROUNDED,
+    Colour,
+    check_colour,
+    check_plain,
+    fault,
+    number,
+    read,
+    same,
+    value,
+    world_matrix,
+)
 from notabug.scenes_usd.scene import Floats, Light
 
 _PLAIN = (  # attribute, the only value the contract can say, where the schema's own fallback may differ
@@ -34,11 +45,11 @@ def read_point(prim: Usd.Prim) -> Light:
 
     normalize on: I = intensity * 2^exposure * color / 4 at any radius; off: that times pi r^2 without the 1/4.
     """
-    if value(prim, "treatAsPoint", False) is not True:
+    if not value(prim, "treatAsPoint", "flag", False):
         raise fault(prim, "treatAsPoint", "a sphere light with a size casts soft shadows", expected="true", got="false")
     matrix = world_matrix(prim)
     emitted = _emitted(prim)
-    if value(prim, "inputs:normalize", False):
+    if value(prim, "inputs:normalize", "flag", False):
         factor = 0.25
     else:
         radius = number(prim, "inputs:radius", 0.5, low=0.0)
@@ -54,7 +65,7 @@ def read_point(prim: Usd.Prim) -> Light:
 def read_distant(prim: Usd.Prim) -> Light:
     """A DistantLight of angle 0: irradiance intensity * 2^exposure * color [W/m^2] along the local -z axis."""
     angle = number(prim, "inputs:angle", 0.53)
-    if angle != 0.0:
+    if not same(angle, 0.0):
         raise fault(
             prim, "inputs:angle", "a distant light with a size casts soft shadows", expected="0", got=f"{angle:g}"
         )
@@ -66,13 +77,10 @@ def read_distant(prim: Usd.Prim) -> Light:
 def _emitted(prim: Usd.Prim) -> Colour:
     """intensity * 2^exposure * color, after refusing all that a delta light cannot say."""
     for name, plain in _PLAIN:
-        found = value(prim, name, plain)
-        same = tuple(found) == plain if isinstance(plain, tuple) else found == plain
-        if not same:
-            raise fault(prim, name, "not supported", expected=str(plain), got=str(found))
-    if number(prim, "inputs:shaping:cone:angle", 180.0) < 180.0:
+        check_plain(prim, name, read(prim, name, prim.GetAttribute(name)), plain, "not supported")
+    if number(prim, "inputs:shaping:cone:angle", 180.0) < 180.0 * (1.0 - ROUNDED):
         raise fault(prim, "inputs:shaping:cone:angle", "spot lights are not supported", expected="no ShapingAPI")
-    if getattr(value(prim, "inputs:shaping:ies:file"), "path", ""):
+    if getattr(value(prim, "inputs:shaping:ies:file", "asset"), "path", ""):
         raise fault(prim, "inputs:shaping:ies:file", "light profiles are not supported", expected="no ShapingAPI")
     for name in _LINKS:
         relationship = prim.GetRelationship(name)
@@ -80,7 +88,7 @@ def _emitted(prim: Usd.Prim) -> Colour:
             raise fault(prim, name, "light filters and linking are not supported", do="remove the targets")
     intensity = number(prim, "inputs:intensity", 1.0, low=0.0)
     exposure = number(prim, "inputs:exposure", 0.0, low=-1000.0, high=1000.0)
-    colour = check_colour(prim, "inputs:color", value(prim, "inputs:color", (1.0, 1.0, 1.0)), high=math.inf)
+    colour = check_colour(prim, "inputs:color", value(prim, "inputs:color", "numbers", (1.0, 1.0, 1.0)), high=math.inf)
     emitted = _times(colour, intensity * 2.0**exposure)
     if max(emitted) > _BRIGHTEST:
         raise fault(prim, "inputs:exposure", "too bright", expected=f"at most {_BRIGHTEST:g}", got=f"{max(emitted):g}")

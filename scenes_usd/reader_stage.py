@@ -13,10 +13,9 @@ from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.reader_camera import read_camera
 from notabug.scenes_usd.reader_geometry import read_mesh, read_sphere
 from notabug.scenes_usd.reader_light import read_distant, read_point
-from notabug.scenes_usd.reader_polygons import Polygons
 from notabug.scenes_usd.reader_shading import Materials
 from notabug.scenes_usd.reader_texture import Textures
-from notabug.scenes_usd.reader_values import TIME, fault
+from notabug.scenes_usd.reader_values import fault, value
 from notabug.scenes_usd.scene import Light, Mesh, Object, Scene
 from notabug.scenes_usd.untrusted import is_trusted, layers_of
 
@@ -49,13 +48,14 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene
     camera, width, height = read_camera(stage)
 
     textures = Textures(None if is_trusted(path) else path.parent)
-    materials, polygons = Materials(textures), Polygons()
-    mesh = partial(_mesh, materials, textures, polygons)
+    materials = Materials(textures)
+    mesh = partial(_mesh, materials, textures)
     objects: list[Object] = []
     lights: list[Light] = []
     for prim in _visible(stage):
         if prim.IsA(UsdGeom.Mesh):
-            objects.append(mesh(prim))
+            found = mesh(prim)
+            objects += [found] if found is not None else []
         elif prim.IsA(UsdGeom.Sphere):
             objects.append(read_sphere(prim, materials.bound_to(prim)))
         elif prim.IsA(UsdLux.SphereLight):
@@ -75,7 +75,6 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene
     if not lights:
         raise SceneError("no visible light: every picture would be black", where=str(root.GetPath()))
     intent = _intent(stage, root, card.intent, objects, mesh)
-    polygons.check()
     return Scene(
         id=scene_id,
         path=path,
@@ -150,7 +149,7 @@ def _visible(stage: Usd.Stage) -> Iterator[Usd.Prim]:
     for prim in prims:
         imageable = UsdGeom.Imageable(prim)
         if imageable:
-            if imageable.GetVisibilityAttr().Get(TIME) == UsdGeom.Tokens.invisible:
+            if value(prim, "visibility", "word") == UsdGeom.Tokens.invisible:
                 prims.PruneChildren()
                 continue
             if imageable.ComputePurpose() in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy):
@@ -166,8 +165,11 @@ def _draws_something(prim: Usd.Prim) -> bool:
     return not registered or prim.IsA(UsdGeom.Imageable) or prim.IsA(UsdGeom.Subset) or prim.HasAPI(UsdLux.LightAPI)
 
 
-def _mesh(materials: Materials, textures: Textures, polygons: Polygons, prim: Usd.Prim) -> Mesh:
-    mesh = read_mesh(prim, materials.bound_to(prim), polygons)
+def _mesh(materials: Materials, textures: Textures, prim: Usd.Prim) -> Mesh | None:
+    """The mesh at ``prim``, or None where no face of it has an area."""
+    mesh = read_mesh(prim, materials.bound_to(prim))
+    if mesh is None:
+        return None
     texture = materials.found[mesh.material].texture
     if texture >= 0 and mesh.uv is None:
         raise fault(
@@ -180,7 +182,7 @@ def _mesh(materials: Materials, textures: Textures, polygons: Polygons, prim: Us
 
 
 def _intent(
-    stage: Usd.Stage, root: Usd.Prim, path: str, objects: list[Object], mesh: Callable[[Usd.Prim], Mesh]
+    stage: Usd.Stage, root: Usd.Prim, path: str, objects: list[Object], mesh: Callable[[Usd.Prim], Mesh | None]
 ) -> Mesh | None:
     """The guide mesh that the card names, as ``mesh`` reads it, or None."""
     if not path:
@@ -199,4 +201,7 @@ def _intent(
             expected="drawn prims beside it under a common parent",
             got=path,
         )
-    return mesh(prim)
+    found = mesh(prim)
+    if found is None:
+        raise SceneError("no face of the intent has an area", where=where, expected="a mesh to be seen", got=path)
+    return found

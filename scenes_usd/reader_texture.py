@@ -11,7 +11,7 @@ from pxr import Ar, Usd, UsdShade
 
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.picture import Picture, PictureError, read_picture
-from notabug.scenes_usd.reader_values import TIME, fault
+from notabug.scenes_usd.reader_values import ROUNDED, check_plain, checked, fault, read
 from notabug.scenes_usd.scene import Floats, Texture
 from notabug.scenes_usd.untrusted import check_inside
 
@@ -48,17 +48,15 @@ class Textures:
             if each.GetBaseName() not in _INPUTS:
                 raise fault(prim, str(each.GetFullName()), "unknown input", expected=", ".join(sorted(_INPUTS)))
         for name, identity in _IDENTITY.items():
-            found = tuple(_get(shader, name, identity))
-            if found != identity:
-                raise fault(prim, f"inputs:{name}", "not supported", expected=str(identity), got=str(found))
+            check_plain(prim, f"inputs:{name}", _get(shader, name), identity, "not supported")
         _check_coordinates(shader)
         wrap_s, wrap_t = _wrap(shader, "wrapS"), _wrap(shader, "wrapT")
-        space = str(_get(shader, "sourceColorSpace", "auto"))
+        space = checked(prim, "inputs:sourceColorSpace", _get(shader, "sourceColorSpace"), "word", "auto")
         if space not in ("raw", "sRGB", "auto"):
             raise fault(
                 prim, "inputs:sourceColorSpace", "unknown colour space", expected="raw, sRGB or auto", got=space
             )
-        asset = _get(shader, "file", None)
+        asset = checked(prim, "inputs:file", _get(shader, "file"), "asset")
         name = asset.resolvedPath if asset is not None else ""
         if not name:
             got = f"@{asset.path}@" if asset is not None else "no path"
@@ -97,8 +95,9 @@ def _load(prim: Usd.Prim, name: str, wrap_s: Wrap, wrap_t: Wrap, space: str) -> 
     pixels: Floats = picture.pixels.astype(np.float64)
     if picture.quantum in (1 / 255, 1 / 65535):  # the exact fractions, without the float32 they were read through
         pixels = np.rint(pixels / picture.quantum) / round(1 / picture.quantum)
-    if not (np.isfinite(pixels).all() and pixels.min() >= 0.0 and pixels.max() <= 1.0):
+    if not (np.isfinite(pixels).all() and pixels.min() >= -ROUNDED and pixels.max() <= 1.0 + ROUNDED):
         raise fault(prim, "inputs:file", "texels out of range", expected="0 to 1", got=name)
+    pixels = np.clip(pixels, 0.0, 1.0)
     linear = decode_srgb(pixels) if space == "sRGB" else pixels
     return Texture(Path(name), np.ascontiguousarray(linear), wrap_s, wrap_t, "sRGB" if space == "sRGB" else "raw")
 
@@ -131,7 +130,7 @@ def _check_coordinates(shader: UsdShade.Shader) -> None:
     if not reader or str(reader.GetShaderId()) != "UsdPrimvarReader_float2":
         got = str(reader.GetShaderId()) if reader else "no connection"
         raise fault(shader.GetPrim(), "inputs:st", "unsupported texture coordinates", expected=expected, got=got)
-    name = str(_get(reader, "varname", ""))
+    name = checked(reader.GetPrim(), "inputs:varname", _get(reader, "varname"), "word", "")
     if name != "st":
         raise fault(
             reader.GetPrim(), "inputs:varname", "unsupported texture coordinates", expected="st", got=repr(name)
@@ -139,7 +138,7 @@ def _check_coordinates(shader: UsdShade.Shader) -> None:
 
 
 def _wrap(shader: UsdShade.Shader, name: str) -> Wrap:
-    found = str(_get(shader, name, "useMetadata"))
+    found = checked(shader.GetPrim(), f"inputs:{name}", _get(shader, name), "word", "useMetadata")
     if found == "repeat":
         return "repeat"
     if found == "clamp":
@@ -147,9 +146,8 @@ def _wrap(shader: UsdShade.Shader, name: str) -> Wrap:
     raise fault(shader.GetPrim(), f"inputs:{name}", "not supported", expected="repeat or clamp", got=found)
 
 
-def _get(shader: UsdShade.Shader, name: str, fallback: Any) -> Any:
-    """The input's value, through interface connections."""
+def _get(shader: UsdShade.Shader, name: str) -> Any:
+    """The input's value, through interface connections, whatever its type; None where it has none."""
     given = shader.GetInput(name)
     sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
-    found = sources[0].Get(TIME) if sources else None
-    return fallback if found is None else found
+    return read(shader.GetPrim(), f"inputs:{name}", sources[0]) if sources else None

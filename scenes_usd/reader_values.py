@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, Literal
 
 import numpy as np
-from pxr import Usd, UsdGeom
+import numpy.typing as npt
+from pxr import Sdf, Tf, Usd, UsdGeom
 
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.scene import Floats, Ints
 
 TIME = Usd.TimeCode.EarliestTime()  # a lone time sample, as some exporters write, counts as a plain value
+ROUNDED = 2.0**-20  # of a number or of 1: eight roundings of float32, in which most of USD's numbers are stored
+AFFINE = 1e-9  # of a matrix's last column: products and inverses of doubles leave some 1e-16 a factor there
+FARTHEST = 1e18  # of a coordinate in world space: squared, a float32 still holds it
+
+_FAR = "world space reaches too far"
+_MISTYPED = "a value of the wrong type"
+_INT32 = np.iinfo(np.int32)
 
 Colour = tuple[float, float, float]
 
@@ -22,58 +32,156 @@ def fault(prim: Usd.Prim, attribute: str, what: str, *, expected: str = "", got:
     return SceneError(what, where=where, expected=expected, got=got, do=do)
 
 
-def value(prim: Usd.Prim, name: str, fallback: Any = None) -> Any:
+Kind = Literal["flag", "number", "whole", "word", "asset", "numbers"]
+
+_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {  # what each kind of value is in Python, and in words
+    "flag": (lambda found: isinstance(found, bool), "true or false"),
+    "number": (lambda found: isinstance(found, int | float) and not isinstance(found, bool), "a number"),
+    "whole": (lambda found: isinstance(found, int) and not isinstance(found, bool), "a whole number"),
+    "word": (lambda found: isinstance(found, str), "a word"),
+    "asset": (lambda found: isinstance(found, Sdf.AssetPath), "the path of a file, as in @picture.png@"),
+    "numbers": (lambda found: _as_numbers(found) is not None, "numbers in brackets, as in (1, 0.5, 0)"),
+}
+_SHOWN = 80  # characters of a wrong value in a message
+
+
+@contextmanager
+def blamed(prim: Usd.Prim, attribute: str) -> Iterator[None]:
+    """Whatever OpenUSD refuses inside is the fault of ``attribute`` of ``prim``."""
+    try:
+        yield
+    except Tf.ErrorException as error:
+        reason = " ".join(str(error).split()).rsplit(" : ", 1)[-1]
+        raise fault(prim, attribute, "OpenUSD refuses it", got=reason, do="try usdchecker") from error
+
+
+def value(prim: Usd.Prim, name: str, kind: Kind, fallback: Any = None) -> Any:
     """The attribute ``name``, or what the schema says it is where nobody authored it, or ``fallback``."""
-    attribute = prim.GetAttribute(name)
+    return checked(prim, name, read(prim, name, prim.GetAttribute(name)), kind, fallback)
+
+
+def read(prim: Usd.Prim, name: str, attribute: Usd.Attribute) -> Any:
+    """The value of ``attribute``, whatever its type; None where it has none or is blocked.
+
+    Every value of a stage is read here. ``prim`` and ``name`` are those a message names.
+    """
     if not attribute:
-        return fallback
+        return None
     if attribute.ValueMightBeTimeVarying():
         raise fault(prim, name, "the value is animated", expected="one value", do="export a single frame")
-    found = attribute.Get(TIME)
-    return fallback if found is None else found
+    return attribute.Get(TIME)
+
+
+def checked(prim: Usd.Prim, name: str, found: Any, kind: Kind, fallback: Any = None) -> Any:
+    """``found``, which must be of ``kind``, or ``fallback`` for None: USD does not hold authored values to a schema."""
+    if found is None:
+        return fallback
+    fits, expected = _KINDS[kind]
+    if not fits(found):
+        raise fault(prim, name, _MISTYPED, expected=expected, got=shown(found))
+    return _as_numbers(found) if kind == "numbers" else found
 
 
 def number(prim: Usd.Prim, name: str, fallback: float, *, low: float = -math.inf, high: float = math.inf) -> float:
     """A finite number in [low, high]."""
-    return check_number(prim, name, value(prim, name, fallback), low=low, high=high)
+    return check_number(prim, name, value(prim, name, "number", fallback), low=low, high=high)
 
 
 def check_number(prim: Usd.Prim, name: str, found: Any, *, low: float = -math.inf, high: float = math.inf) -> float:
-    """``found`` as a finite float in [low, high]."""
-    if not isinstance(found, int | float) or isinstance(found, bool):
-        raise fault(prim, name, "not a number", got=repr(found))
-    if not math.isfinite(found) or not low <= found <= high:
+    """``found`` as a finite float in [low, high]; one that rounding has put beside the range is its end."""
+    checked(prim, name, found, "number")
+    if not math.isfinite(found) or not _within(found, low, high):
         raise fault(prim, name, "out of range", expected=_range(low, high), got=repr(found))
-    return float(found)
+    return min(max(float(found), low), high)
 
 
 def check_colour(prim: Usd.Prim, name: str, found: Any, *, high: float = 1.0) -> Colour:
-    """``found`` as three finite floats in [0, high]."""
-    try:
-        r, g, b = (float(each) for each in found)
-    except (TypeError, ValueError):
-        raise fault(prim, name, "not a colour", expected="three numbers", got=repr(found)) from None
-    if not all(math.isfinite(each) and 0.0 <= each <= high for each in (r, g, b)):
-        raise fault(prim, name, "colour out of range", expected=_range(0.0, high), got=repr((r, g, b)))
+    """``found`` as three finite floats in [0, high], as ``check_number`` has it."""
+    colour = checked(prim, name, found, "numbers")
+    if colour is None or len(colour) != 3:
+        raise fault(prim, name, "not a colour", expected="three numbers", got=shown(found))
+    if not all(math.isfinite(each) and _within(each, 0.0, high) for each in colour):
+        raise fault(prim, name, "colour out of range", expected=_range(0.0, high), got=repr(colour))
+    r, g, b = (min(max(each, 0.0), high) for each in colour)
     return r, g, b
 
 
-def vectors(prim: Usd.Prim, name: str, found: Any, width: int) -> Floats:
-    """``found`` as a finite (n, width) array; the error says which row is not finite."""
-    array = np.asarray([] if found is None else found, np.float64)
-    if array.size == 0:
-        array = array.reshape(0, width)
-    if array.ndim != 2 or array.shape[1] != width:
-        raise fault(prim, name, "wrong type", expected=f"an array of {width}-vectors", got=f"shape {array.shape}")
+def vectors(prim: Usd.Prim, name: str, width: int) -> Floats:
+    """The attribute ``name`` as a finite (n, width) array; the error says which row is not finite."""
+    found = read(prim, name, prim.GetAttribute(name))
+    array = _array(found)
+    if array.size == 0 and array.ndim < 3:
+        array = np.zeros((0, width))
+    if array.dtype.kind not in "fiu" or array.ndim != 2 or array.shape[1] != width:
+        raise fault(prim, name, _MISTYPED, expected=f"an array of {width}-vectors", got=shown(found))
+    array = array.astype(np.float64)
     bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
     if bad.size:
         raise fault(prim, name, f"element {bad[0]} is not finite", got=str(tuple(array[bad[0]].tolist())))
     return array
 
 
-def integers(found: Any) -> Ints:
-    """``found`` as a (n,) array."""
-    return np.asarray([] if found is None else found, np.int32).reshape(-1)
+def integers(prim: Usd.Prim, name: str, attribute: Usd.Attribute | None = None) -> Ints:
+    """The attribute ``name``, or ``attribute``, as a (n,) array; (0,) where it has no value."""
+    found = read(prim, name, attribute or prim.GetAttribute(name))
+    array = _array(found)
+    if array.size == 0:
+        return np.zeros(0, np.int32)
+    if array.dtype.kind not in "iu" or array.ndim != 1:
+        raise fault(prim, name, _MISTYPED, expected="an array of whole numbers", got=shown(found))
+    if array.min() < _INT32.min or array.max() > _INT32.max:
+        raise fault(prim, name, "out of range", expected="numbers of 32 bits", got=shown(found))
+    return array.astype(np.int32)
+
+
+def same(found: float, plain: float) -> bool:
+    """Whether a number that was authored in float32, or computed, is ``plain``: what is rounded has a tolerance."""
+    if math.isinf(plain):
+        return found == plain
+    return abs(found - plain) <= ROUNDED * max(1.0, abs(plain))
+
+
+def check_plain(prim: Usd.Prim, name: str, found: Any, plain: Any, what: str, do: str = "") -> None:
+    """Raise SceneError unless ``found`` is ``plain``, up to rounding, or None: the only value the contract can say."""
+    if found is None:
+        return
+    if isinstance(plain, bool):
+        fits = checked(prim, name, found, "flag") is plain
+    elif isinstance(plain, tuple):
+        found = checked(prim, name, found, "numbers")
+        fits = len(found) == len(plain) and all(same(*each) for each in zip(found, plain, strict=True))
+    else:
+        fits = same(checked(prim, name, found, "number"), plain)
+    if not fits:
+        raise fault(prim, name, what, expected=str(plain), got=shown(found), do=do)
+
+
+def _within(found: float, low: float, high: float) -> bool:
+    return low <= found <= high or same(found, low) or same(found, high)
+
+
+def shown(found: Any) -> str:
+    """A value in a message: long arrays by their beginning."""
+    text = " ".join(repr(found).split())
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
+
+
+def _array(found: Any) -> npt.NDArray[Any]:
+    """``found`` as an array; one of objects where it is none of numbers."""
+    try:
+        return np.asarray([] if found is None else found)
+    except (TypeError, ValueError):  # rows of several lengths
+        return np.asarray(None)
+
+
+def _as_numbers(found: Any) -> tuple[float, ...] | None:
+    """A vector of USD as floats, or None where it is something else."""
+    if isinstance(found, str):
+        return None
+    try:
+        return tuple(float(each) for each in found)
+    except (TypeError, ValueError):
+        return None
 
 
 def world_matrix(prim: Usd.Prim) -> Floats:
@@ -81,17 +189,30 @@ def world_matrix(prim: Usd.Prim) -> Floats:
     node = prim
     while node and not node.IsPseudoRoot():
         form = UsdGeom.Xformable(node)
-        if form and form.TransformMightBeTimeVarying():
-            raise fault(node, "xformOpOrder", "the transform is animated", do="export a single frame")
+        with blamed(node, "xformOpOrder"):
+            if form and form.TransformMightBeTimeVarying():
+                raise fault(node, "xformOpOrder", "the transform is animated", do="export a single frame")
+            if form:
+                form.GetLocalTransformation(TIME)
         node = node.GetParent()
-    matrix: Floats = np.array(UsdGeom.XformCache(TIME).GetLocalToWorldTransform(prim), np.float64)
+    with blamed(prim, "xformOpOrder"):
+        matrix: Floats = np.array(UsdGeom.XformCache(TIME).GetLocalToWorldTransform(prim), np.float64)
     if not np.isfinite(matrix).all():
         raise fault(prim, "xformOpOrder", "the transform to world space is not finite", got=str(matrix.tolist()))
-    if not np.array_equal(matrix[:, 3], (0.0, 0.0, 0.0, 1.0)):
-        raise fault(prim, "xformOpOrder", "the transform to world space is projective", expected="an affine one")
+    if np.abs(matrix).max() > FARTHEST:
+        raise fault(prim, "xformOpOrder", _FAR, expected=f"at most {FARTHEST:g}", got=f"{np.abs(matrix).max():g}")
+    if np.abs(matrix[:, 3] - (0.0, 0.0, 0.0, 1.0)).max() > AFFINE:
+        raise fault(
+            prim,
+            "xformOpOrder",
+            "the transform to world space is projective",
+            expected="an affine one, whose last column is (0, 0, 0, 1)",
+            got=str(tuple(matrix[:, 3].tolist())),
+        )
+    matrix[:, 3] = 0.0, 0.0, 0.0, 1.0
     linear = matrix[:3, :3]
     lengths = np.linalg.norm(linear, axis=1)
-    if not lengths.all() or abs(np.linalg.det(linear / lengths[:, None])) < 1e-9:
+    if not lengths.min() > 0.0 or abs(np.linalg.det(linear / lengths[:, None])) < 1e-9:
         raise fault(
             prim,
             "xformOpOrder",
@@ -100,6 +221,18 @@ def world_matrix(prim: Usd.Prim) -> Floats:
             do="scale by > 0",
         )
     return matrix
+
+
+def check_reach(prim: Usd.Prim, name: str, points: Floats) -> None:
+    """Raise SceneError where ``points`` (p, 3), in world space, lie farther out than renderers can say."""
+    farthest = float(np.abs(points).max(initial=0.0))
+    if farthest > FARTHEST:
+        raise fault(prim, name, _FAR, expected=f"at most {FARTHEST:g}", got=f"{farthest:g}")
+
+
+def turns_over(linear: Floats) -> bool:
+    """Whether a regular matrix (3, 3) mirrors, however small or large it is."""
+    return bool(np.linalg.det(linear / np.linalg.norm(linear, axis=1, keepdims=True)) < 0)
 
 
 def _range(low: float, high: float) -> str:

@@ -8,9 +8,20 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from notabug.scenes_usd import ears
+from notabug.scenes_usd.faces import FLAT, flattened, local_points, rounding, shapes, slack
 from notabug.scenes_usd.scene import Floats, Ints, Mesh
 
-Diagonal = Literal["02", "13"]
+Diagonal = Literal["02", "13", "shorter", "fan"]
+"""How a face of more than three corners is cut.
+
+``02``, ``13`` : as a fan from corner 0 or 1, so a quad along the diagonal between these corners. Where a triangle of
+    the fan would be turned round or lie on a line, as in a concave face, the face is cut ear by ear instead.
+``shorter`` : a quad along its shorter diagonal, of two equal ones along 02; larger faces ear by ear.
+``fan`` : as a fan from corner 0, whatever comes of it.
+"""
+
+Places = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,20 +39,21 @@ class Triangles:
 
 
 def triangulate(mesh: Mesh, diagonal: Diagonal = "02") -> Triangles:
-    """Cut every polygon into a fan of triangles, faces in order.
+    """Cut every polygon into triangles, faces in order: see ``Diagonal``.
 
-    ``02`` starts the fan at corner 0, so a quad is cut along the diagonal from corner 0 to corner 2; ``13`` starts it
-    at corner 1.
+    Triangles without an area, which polygons with corners in one place or on a line leave, are left out.
     """
-    start = int(diagonal[0])
     counts = mesh.counts.astype(np.int64)
-    first = np.concatenate([[0], np.cumsum(counts)[:-1]]) if len(counts) else np.zeros(0, np.int64)
+    first = np.cumsum(counts) - counts
     per_face = counts - 2
     face = np.repeat(np.arange(len(counts)), per_face)
     step = np.arange(len(face)) - np.repeat(np.cumsum(per_face) - per_face, per_face)
     size = counts[face]
-    begin: npt.NDArray[np.int64] = np.where(size > 3, start, 0)
+    begin = np.where(size > 3, _starts(mesh, first, diagonal)[face], 0)
     local = np.stack([begin, begin + 1 + step, begin + 2 + step], axis=1) % size[:, None]
+    kept = _cut_the_rest(mesh, first, diagonal, local)
+    if not kept.all():
+        local, face = local[kept], face[kept]
     corner = (first[face][:, None] + local).astype(np.int32)
     point = mesh.corners[corner]
     return Triangles(corner, point, mesh.points[point], face.astype(np.int32))
@@ -58,3 +70,44 @@ def split_ngons(mesh: Mesh, diagonal: Diagonal) -> Mesh:
         normals=None if mesh.normals is None else np.ascontiguousarray(mesh.normals[flat]),
         uv=None if mesh.uv is None else np.ascontiguousarray(mesh.uv[flat]),
     )
+
+
+def _starts(mesh: Mesh, first: Places, diagonal: Diagonal) -> Places:
+    """The corner (f,) that the fan of each face starts at."""
+    if diagonal != "shorter":
+        return np.full(len(first), int(diagonal == "13"), np.int64)
+    starts = mesh.counts.astype(np.int64) - 1  # cut ear by ear from its first corner, a convex face is this fan
+    quads = np.flatnonzero(mesh.counts == 4)
+    a, b, c, d = (mesh.points[mesh.corners[first[quads] + k]] for k in range(4))
+    starts[quads] = np.linalg.norm(d - b, axis=1) < (1.0 - FLAT) * np.linalg.norm(c - a, axis=1)
+    return starts
+
+
+def _cut_the_rest(mesh: Mesh, first: Places, diagonal: Diagonal, local: Places) -> npt.NDArray[np.bool_]:
+    """Cut the faces that are not strictly convex one by one into ``local`` (t, 3); which triangles (t,) to keep."""
+    kept = np.ones(len(local), np.bool_)
+    odd = np.flatnonzero(~shapes(mesh).convex)
+    if not len(odd):
+        return kept
+    points = local_points(mesh)
+    slots = np.cumsum(mesh.counts - 2, dtype=np.int64) - (mesh.counts - 2)
+    for face in odd.tolist():
+        count = int(mesh.counts[face])
+        corners = points[mesh.corners[first[face] : first[face] + count]]
+        slot = slice(int(slots[face]), int(slots[face]) + count - 2)
+        triples = [(a, b, c) for a, b, c in local[slot].tolist()]
+        if diagonal != "fan":
+            plane, room = flattened(corners), float(slack(corners[None])[0])
+            if not ears.fits(triples, plane, room):
+                triples = ears.ears(plane, room) or triples
+        local[slot] = triples
+        kept[slot] = _heights(corners[np.asarray(triples)]) > rounding(corners[None])[0]
+    return kept
+
+
+def _heights(points: Floats) -> Floats:
+    """The least height (t,) of each triangle (t, 3, 3)."""
+    edges = points - np.roll(points, -1, axis=1)
+    longest = np.linalg.norm(edges, axis=2).max(axis=1)
+    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    return np.asarray(area / np.maximum(longest, np.finfo(np.float64).tiny))

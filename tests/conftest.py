@@ -11,12 +11,18 @@ import os
 from collections.abc import Iterator
 from typing import TypeVar
 
+import hypothesis
 import pytest
 
 from notabug.adapters.base import Adapter, RendererMissingError
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.opengl import OpenGL
 from notabug.adapters.povray import PovRay
+
+# The same examples each time, so that the test command gives the same answer twice. `make search` looks for others.
+hypothesis.settings.register_profile("same", derandomize=True, database=None, deadline=None)
+hypothesis.settings.register_profile("search", derandomize=False, deadline=None, print_blob=True)
+hypothesis.settings.load_profile(os.environ.get("NOTABUG_HYPOTHESIS", "same"))
 
 
 @pytest.fixture(autouse=True, scope="session")

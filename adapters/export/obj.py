@@ -1,17 +1,20 @@
-"""Wavefront OBJ and MTL: meshes with their n-gons, normals and uv in full precision.
+"""Wavefront OBJ and MTL: meshes with their convex n-gons, normals and uv in full precision.
 
 OBJ has no spheres, lights or cameras, and MTL's shading is nobody's in particular: those are in ``scene.json``.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from notabug.adapters.export.description import texture_name
+from notabug.adapters.export.description import SPLIT, texture_name
+from notabug.scenes_usd.faces import shapes
 from notabug.scenes_usd.scene import Floats, Material, Mesh, Scene
+from notabug.scenes_usd.triangulate import triangulate
 
 
 def write_obj(scene: Scene, folder: Path) -> Path:
@@ -41,9 +44,19 @@ def _mesh(mesh: Mesh, base: npt.NDArray[np.int64]) -> list[str]:
         normals = [f"{each}" for each in (corner + base[2]).tolist()]
     if mesh.uv is not None or mesh.normals is not None:
         words = ["/".join(each).rstrip("/") for each in zip(words, uv, normals, strict=True)]
-    ends = np.cumsum(mesh.counts).tolist()
-    lines += ["f " + " ".join(words[start:end]) for start, end in zip([0, *ends], ends, strict=False)]
+    lines += ["f " + " ".join(words[corner] for corner in face) for face in _faces(mesh)]
     return lines
+
+
+def _faces(mesh: Mesh) -> Iterator[Sequence[int]]:
+    """The corners of each face; of one that is not convex those of its triangles, for most readers make a fan of it."""
+    ends = np.cumsum(mesh.counts).tolist()
+    cut = triangulate(mesh, SPLIT)
+    for face, (start, end) in enumerate(zip([0, *ends], ends, strict=False)):
+        if shapes(mesh).convex[face]:
+            yield range(start, end)
+        else:
+            yield from cut.corner[cut.face == face].tolist()
 
 
 def _rows(word: str, rows: Floats) -> list[str]:

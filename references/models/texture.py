@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import get_args
 
 import numpy as np
 
 from notabug.references.models.model import Edit, Model, edit_meshes, in_strengths
+from notabug.scenes_usd.faces import are_affine, local_points, polygons, shapes
 from notabug.scenes_usd.scene import Floats, Mesh, Scene
 from notabug.scenes_usd.triangulate import Diagonal, split_ngons, triangulate
 
 _PAPER = "Woo, Pearce and Ouellette 1996, figures 10 and 11"
+
+_CUTS: dict[Diagonal, str] = {
+    "02": "two triangles, cut along corners 0 and 2",
+    "13": "two triangles, cut along corners 1 and 3",
+    "shorter": "two triangles, cut along the shorter diagonal",
+    "fan": "a fan of triangles from the first corner, although the face is not convex",
+}
 
 
 def models(scene: Scene) -> Iterator[Model]:
@@ -29,16 +36,8 @@ def models(scene: Scene) -> Iterator[Model]:
             cites=_PAPER,
             edit=lambda scene: replace(scene, intent=None),
         )
-    elif any(_bends(each, each.uv) for each in textured) or any(_bends(each, each.normals) for each in scene.meshes):
-        for each in get_args(Diagonal):
-            yield Model(
-                name=f"quad_split_{each}",
-                kind="limitation",
-                claim=f"uv and normals are linear in two triangles, cut along corners {each[0]} and {each[1]}",
-                cites=_PAPER,
-                edit=_splitter(each),
-                when=("ngon_split", each),
-            )
+    else:
+        yield from _cuts(scene)
     if not textured:
         return
     yield Model(
@@ -76,25 +75,47 @@ def models(scene: Scene) -> Iterator[Model]:
         )
 
 
+def _cuts(scene: Scene) -> Iterator[Model]:
+    """The ways to cut faces of more than three corners, shape, normals and uv together, that make a difference."""
+    shown = [each.texture >= 0 for each in scene.materials]
+    bends = any(_bends(each, each.normals) or (shown[each.material] and _bends(each, each.uv)) for each in scene.meshes)
+    folds = any(_folds(each) for each in scene.meshes)
+    for each, how in _CUTS.items():
+        if folds if each == "fan" else bends:
+            yield Model(
+                name=f"quad_split_{each}",
+                kind="limitation",
+                claim=f"uv and normals are linear in {how}",
+                cites=_PAPER,
+                edit=_splitter(each),
+                when=("ngon_split", each),
+            )
+
+
 def _drawn(scene: Scene) -> list[Mesh]:
     return [*scene.meshes, *([scene.intent] if scene.intent else [])]
 
 
 def _bends(mesh: Mesh, values: Floats | None) -> bool:
-    """Whether cutting the mesh's n-gons moves the corners' ``values``: not where they are affine, as on a rectangle."""
+    """Whether it matters how the mesh's n-gons are cut, by their shape or by their corners' ``values``.
+
+    Not where they are flat and the values affine, as on a rectangle.
+    """
+    flat = shapes(mesh).flat
+    if not flat.all():
+        return True
     if values is None:
         return False
-    p = mesh.points[mesh.corners]
-    start = 0
-    for count in mesh.counts:
-        if count > 3:
-            corners = slice(start, start + int(count))
-            plane = np.hstack([p[corners] - p[start], np.ones((int(count), 1))])
-            fitted = plane @ np.linalg.lstsq(plane, values[corners], rcond=None)[0]
-            if float(np.abs(fitted - values[corners]).max()) > 1e-6:
-                return True
-        start += int(count)
-    return False
+    points = local_points(mesh)
+    return any(not are_affine(points[mesh.corners[at]], values[at]).all() for _, at in polygons(mesh))
+
+
+def _folds(mesh: Mesh) -> bool:
+    """Whether a plain fan from the first corner is another cut than the face's shape allows."""
+    if shapes(mesh).convex.all():
+        return False
+    plain, sound = (triangulate(mesh, each).corner for each in ("fan", "02"))
+    return plain.shape != sound.shape or bool((plain != sound).any())
 
 
 def _splitter(diagonal: Diagonal) -> Edit:
@@ -124,10 +145,11 @@ def _diagonal_of(scene: Scene, intent: Mesh) -> Diagonal | None:
     if len(drawn) != 1:
         return None
     found = triangulate(drawn[0]).points
-    for diagonal in get_args(Diagonal):
+    diagonals: tuple[Diagonal, ...] = ("02", "13")
+    for diagonal in diagonals:
         cut = triangulate(intent, diagonal).points
         if len(cut) == len(found) and _corner_set(cut) == _corner_set(found):
-            return diagonal  # type: ignore[no-any-return]
+            return diagonal
     return None
 
 

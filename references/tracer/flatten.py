@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.references.tracer import bvh
+from notabug.scenes_usd.faces import patches, shapes
 from notabug.scenes_usd.scene import Mesh, Scene
 from notabug.scenes_usd.triangulate import Triangles, triangulate
 
@@ -63,7 +64,7 @@ class Flat(NamedTuple):
     child: Array  # (nodes,)
     size: Array  # (nodes,) triangles of a leaf, 0 for an inner node
     points: Array  # (t, 9)
-    face: Array  # (t,) face of the whole scene: rays leaving a face do not hit it again
+    face: Array  # (t,) flat face of the whole scene: rays leaving a face do not hit it again
     object: Array  # (t,) index into Scene.objects
     corner: Array  # (t, 3) face corners into normal and uv
     sagitta: Array  # (t,) how far the facet may lie below the surface its normals imply; -1 where it is flat
@@ -103,10 +104,11 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
     for index, each in enumerate(scene.objects):
         if not isinstance(each, Mesh):
             continue
-        cut = triangulate(each)
+        cut = _with_area(triangulate(each), dtype)
+        flat_faces = _flat_faces(each, cut)
         parts.append(cut)
         objects.append(np.full(len(cut.face), index))
-        faces.append(cut.face + face_base)
+        faces.append(flat_faces + face_base)
         corners.append(cut.corner + corner_base)
         total = len(each.corners)
         if each.normals is None:
@@ -118,10 +120,10 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
         uvs.append(np.zeros((total, 2)) if each.uv is None else each.uv)
         if each.normals is not None or each.uv is not None:
             starts = np.concatenate([[0], np.cumsum(each.counts)[:-1]])
-            for face in np.flatnonzero(each.counts == 4):
+            for face in np.flatnonzero(patches(each)):
                 first = int(starts[face])
                 quads.append((each.points[each.corners[first : first + 4]], first + corner_base, int(face) + face_base))
-        face_base += len(each.counts)
+        face_base += max(len(each.counts), int(flat_faces.max(initial=-1)) + 1)
         corner_base += total
 
     points = np.concatenate([part.points for part in parts]) if parts else np.zeros((0, 3, 3))
@@ -165,6 +167,27 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
     )
 
 
+def _with_area(cut: Triangles, dtype: npt.DTypeLike) -> Triangles:
+    """``cut`` without triangles whose normal is nothing in the arithmetic of ``dtype``: no ray can be said to hit one.
+
+    The kernels take the root of the normal's square, a fourth power of the edges.
+    """
+    limits = np.finfo(np.dtype(dtype))
+    a, b, c = np.moveaxis(cut.points.astype(dtype).astype(np.float64), 1, 0)
+    square = np.square(np.cross(b - a, c - a)).sum(axis=1)
+    drawn = (square >= float(limits.smallest_subnormal)) & (square <= float(limits.max))
+    if drawn.all():
+        return cut
+    return Triangles(cut.corner[drawn], cut.point[drawn], cut.points[drawn], cut.face[drawn])
+
+
+def _flat_faces(mesh: Mesh, cut: Triangles) -> npt.NDArray[np.int32]:
+    """The flat face (t,) that each triangle lies in: its polygon; where that bends, a face of its own behind them."""
+    bent = ~shapes(mesh).flat[cut.face]
+    own = len(mesh.counts) + np.cumsum(bent, dtype=np.int32) - 1
+    return np.where(bent, own, cut.face).astype(np.int32)
+
+
 def _joined(parts: list[Any], order: Array, dtype: npt.DTypeLike) -> Array:
     return np.ascontiguousarray(np.concatenate(parts)[order], dtype) if parts else np.zeros(0, dtype)
 
@@ -183,7 +206,8 @@ def _camera(scene: Scene) -> npt.NDArray[np.float64]:
 def _quads(found: list[tuple[npt.NDArray[np.float64], int, int]], face: Array, real: Any) -> Quads | None:
     if not found:
         return None
-    of_face = np.full(int(face.max()) + 1, -1, np.int32)
+    numbers = [number for _, _, number in found]
+    of_face = np.full(max(int(face.max(initial=0)), *numbers) + 1, -1, np.int32)
     corners, plane, frame = [], [], []
     for index, (points, first, number) in enumerate(found):
         of_face[number] = index

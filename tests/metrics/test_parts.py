@@ -23,7 +23,7 @@ from notabug.metrics.verdict import Finding, Leg, Verdict
 
 Floats = npt.NDArray[np.floating]
 
-FEW = settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+FEW = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 MANY = settings(FEW, max_examples=100)
 
 seeds = st.integers(0, 2**32 - 1)

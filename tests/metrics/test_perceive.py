@@ -14,7 +14,7 @@ from notabug.metrics.perceive import PIXELS_PER_DEGREE, REACH, delta_itp, flip, 
 
 Floats = npt.NDArray[np.floating]
 
-FEW = settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+FEW = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 MANY = settings(FEW, max_examples=100)
 
 

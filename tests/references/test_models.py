@@ -75,7 +75,7 @@ def test_models_follow_from_what_a_scene_holds(make: Any, ball: Scene) -> None:
 @pytest.mark.parametrize(
     ("split", "limitations"),
     [
-        ("quad", {"quad_split_02", "quad_split_13"}),
+        ("quad", {"quad_split_02", "quad_split_13", "quad_split_shorter"}),
         ("split02", {"quad_split_02"}),
         ("split13", {"quad_split_13"}),
         ("grid15", {"coarse_uv"}),
@@ -88,7 +88,8 @@ def test_a_split_is_named_after_its_diagonal(split: str, limitations: set[str]) 
     found = [each for each in models(scene) if each.kind == "limitation" and each.name not in anywhere]
     assert {each.name for each in found} == limitations
     whens = {each.when for each in found}
-    assert whens == ({("ngon_split", "02"), ("ngon_split", "13")} if split == "quad" else {None})
+    cuts = {("ngon_split", each) for each in ("02", "13", "shorter")}
+    assert whens == (cuts if split == "quad" else {None})
 
 
 def test_where_a_split_moves_no_uv_there_is_none(make: Any) -> None:

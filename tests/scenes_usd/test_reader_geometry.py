@@ -229,24 +229,6 @@ def test_pentagon_with_affine_uv(write: Write) -> None:
     assert mesh_of(write(*changes)).counts.tolist() == [5]
 
 
-def test_pentagram_is_refused(write: Write) -> None:
-    from notabug.scenes_usd.errors import SceneError
-
-    turns = np.arange(5) * 4 * np.pi / 5
-    text = ", ".join(f"({np.cos(a):.6f}, {np.sin(a):.6f}, 0)" for a in turns)
-    changes = (
-        ("[4]", "[5]"),
-        ("[0, 1, 2, 3]", "[0, 1, 2, 3, 4]"),
-        (str_points(), f"point3f[] points = [{text}]"),
-        (NORMALS_VERTEX, ""),
-        ("texCoord2f[] primvars:st", "texCoord2f[] primvars:other"),
-        ("rel material:binding = </Scene/Picture>", "rel material:binding = </Scene/Grey>"),
-        ("[(0, 0), (1, 0), (1, 1), (0, 1)]", "[(0, 0)]"),
-    )
-    with pytest.raises(SceneError, match="crosses itself"):
-        read_scene(write(*changes))
-
-
 def test_sphere(write: Write) -> None:
     matrix = affine(np.diag([1, 2, 3]), (1, 1, 1))
     ball = f'def Sphere "Ball"\n{{\nrel material:binding = </Scene/Grey>\ndouble radius = 0.5\n{transform(matrix)}\n}}'
