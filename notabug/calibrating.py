@@ -99,11 +99,13 @@ def _measure(adapter: Adapter, found: Found, quality: Quality) -> Calibrated:
                 unsupported = unsupported or str(error)
                 continue
             again = adapter.render(scene, second, replace(quality, seeds=quality.seeds[:1]))
-            pictures = [read_picture(each.image).pixels for each in renders]
+            read = [read_picture(each.image) for each in renders]
+            pictures = [each.pixels for each in read]
             repeats = np.array_equal(read_picture(again[0].image).pixels, pictures[0], equal_nan=True)
             declaration = adapter.declaration(quality)
             reading = read_card(pictures, predict(scene), declaration, repeats)
-            verdict = judge_pictures([each.image for each in renders], scene, declaration, None).verdict
+            paths = [each.image for each in renders]
+            verdict = judge_pictures(paths, scene, declaration, None, pictures=read).verdict
         fine = verdict.word in ("pass", "limitation") or (verdict.word != "error" and not reading.causes)
         sentence = reading.sentence or (verdict.message if verdict.word not in ("pass", "limitation") else "")
         card = f"{scene.id} {scene.variant}".rstrip()

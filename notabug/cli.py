@@ -19,6 +19,7 @@ from notabug.options import (
     Filter,
     Format,
     Json,
+    Layer,
     Page,
     Precision,
     Renderers,
@@ -147,6 +148,7 @@ def judge(
         int,
         typer.Option(min=0, help="Samples per pixel of each picture, where known: from 16 on edges are judged closer."),
     ] = 0,
+    layer: Layer = "",
     out: Annotated[Path | None, typer.Option(help="Also write maps, run.json and report.html here.")] = None,
     as_json: Json = False,
 ) -> None:
@@ -165,6 +167,7 @@ def judge(
         samples=samples,
         out=out,
         as_json=as_json,
+        layer=layer,
     )
     raise typer.Exit(code)
 
@@ -178,6 +181,7 @@ def why(
     filter: Annotated[Filter, typer.Option(help="The renderer's pixel filter.")] = Filter.unknown,  # noqa: A002
     precision: Annotated[Precision, typer.Option(help="Arithmetic of the intersections.")] = Precision.float32,
     encoding: Annotated[Encoding, typer.Option(help="What the picture's numbers are.")] = Encoding.linear,
+    layer: Layer = "",
     as_json: Json = False,
 ) -> None:
     """Say what each model predicts at one pixel, and which one fits."""
@@ -192,6 +196,7 @@ def why(
         precision=precision.value,
         srgb=encoding is Encoding.srgb,
         as_json=as_json,
+        layer=layer,
     )
     raise typer.Exit(code)
 

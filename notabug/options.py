@@ -103,6 +103,9 @@ Variant = Annotated[
     typer.Option("--variant", metavar="SET=NAME", help="A variant; again for more, SET=all for each of the set."),
 ]
 SceneOption = Annotated[str, typer.Option("--scene", metavar="ID|USD", help="The scene: an id or a USD file.")]
+Layer = Annotated[
+    str, typer.Option(metavar="NAME", help="The layer or part that is the picture, where a file has several.")
+]
 Renderers = Annotated[
     list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all that are found.")
 ]
