@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import tempfile
@@ -80,8 +81,9 @@ def calibrate(adapter: Adapter, found: Found, quality: Quality, *, fresh: bool =
         made = _measure(adapter, found, quality)
     except NotabugError as error:  # not remembered: the next time it may work
         return Calibrated(adapter.name, found.version, False, str(error))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_json(path, asdict(made))
+    with contextlib.suppress(OSError):  # on a full disk it is measured again the next time
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_json(path, asdict(made))
     return made
 
 

@@ -106,15 +106,16 @@ def _stored_form(envelope: Envelope) -> Envelope:
 
 
 def _keep(path: Path, arrays: Sequence[npt.NDArray[Any]]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_suffix(f".{os.getpid()}.partial")  # a name that the sweep below, in any process, leaves alone
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         with partial.open("wb") as stored:
             for array in arrays:
                 np.save(stored, array)
         partial.replace(path)
     except OSError:  # a full disk costs time, not a verdict
-        partial.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            partial.unlink(missing_ok=True)
         return
     if not path.name.startswith(SWEEPS):  # looking at every file takes longer than drawing a small picture
         return

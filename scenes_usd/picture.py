@@ -161,7 +161,7 @@ def read_picture(path: Path, *, layer: str = "", srgb: bool = False) -> Picture:
     if exposure != 1.0:
         notes += (f"its header's EXPOSURE of {exposure:g} was not divided out",)
     if chosen.parts > 1:
-        notes = (f"{chosen.layer.part_name}, of {chosen.parts} parts", *notes)
+        notes = (f"part {chosen.layer.part_name!r}, one of {chosen.parts}", *notes)
     return Picture(
         np.ascontiguousarray(np.repeat(pixels, 3, axis=2) if colours == 1 else pixels),
         len(chosen.indices),
@@ -206,8 +206,9 @@ def _choose(source: Any, path: Path, wanted: str) -> _Chosen:
     if layer is None:
         known = "; ".join(str(each) for each in found[:MAX_LISTED])
         known += f"; {len(found) - MAX_LISTED} more" if len(found) > MAX_LISTED else ""
+        what = "several layers may be the picture" if any(each.colours for each in found) else "no channel is a colour"
         raise PictureError(
-            f"no layer {wanted!r} that is a picture" if wanted else "it is not clear which channels are the picture",
+            f"no layer {wanted!r} that is a picture" if wanted else what,
             where=str(path),
             expected="R, G and B without a layer's name, or one layer that has them or is called Combined or beauty",
             got=f"layers: {known}",
@@ -270,7 +271,7 @@ def _check_size(spec: Any, path: Path) -> None:
     if max(spec.width * spec.height * max(spec.depth, 1), shown) > MAX_PIXELS or spec.nchannels > MAX_CHANNELS:
         raise PictureError(
             f"the header claims {spec.width} x {spec.height} pixels of {spec.nchannels} channels"
-            + (f" in a window of {spec.full_width} x {spec.full_height}" if shown > MAX_PIXELS else ""),
+            + (f" in a window of {spec.full_width} x {spec.full_height}" if shown > spec.width * spec.height else ""),
             where=str(path),
             expected=f"at most {MAX_PIXELS} pixels and {MAX_CHANNELS} channels",
         )
