@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from notabug.metrics.neighbours import extreme
 from notabug.scenes_usd.picture import Pixels, decode_srgb, encode_srgb, read_picture, write_coded
 from notabug.scenes_usd.picture_numbers import Lossy
 
@@ -25,9 +26,21 @@ Floats = npt.NDArray[np.floating]
 
 def spared(picture: Floats, nearest: Floats, lossy: Lossy, *, srgb: bool) -> Floats:
     """``picture`` (h, w, 3) moved towards ``nearest`` by what ``lossy`` may have lost; ``srgb``: it was encoded."""
-    allowed = SPARE * _around(np.abs(_coded(nearest, lossy, srgb=srgb) - nearest))
     off = picture - nearest
-    return np.asarray(nearest + np.sign(off) * np.maximum(np.abs(off) - allowed, 0.0), np.float32)
+    left = np.maximum(np.abs(off) - _loss(nearest, lossy, srgb=srgb), 0.0)
+    return np.asarray(nearest + np.sign(off) * left, np.float32)
+
+
+def lifted(picture: Floats, nearest: Floats, lossy: Lossy, *, srgb: bool) -> Floats:
+    """``picture`` (h, w, 3) with 0 where it is negative by no more than ``lossy`` may have made it."""
+    made = (picture < 0.0) & (picture >= -_loss(nearest, lossy, srgb=srgb))
+    return np.where(made, np.float32(0.0), picture)
+
+
+def _loss(picture: Floats, lossy: Lossy, *, srgb: bool) -> Floats:
+    """What the coding may lose around each pixel (h, w, 1) of ``picture``: of any channel, since it mixes them."""
+    lost = np.abs(_coded(picture, lossy, srgb=srgb) - picture).max(axis=2, keepdims=True)
+    return SPARE * extreme(_around(lost), np.maximum)  # colours are smoothed over a block's border
 
 
 def _coded(picture: Floats, lossy: Lossy, *, srgb: bool) -> Pixels:

@@ -69,10 +69,15 @@ def _judge(pictures: Sequence[Picture], scene: Scene, declaration: Declaration, 
     pixels = [each.pixels for each in pictures]
     judgement = judge(pixels, scene, declaration, others=lambda: others(scene))
     lossy = next((each.lossy for each in pictures if each.lossy), None)
-    if lossy is None or judgement.verdict.word != "bug" or "invalid" in judgement.verdict.triggers:
+    if lossy is None or judgement.verdict.word != "bug":
         return judgement
-    from notabug.coding import spared
+    from notabug.coding import lifted, spared
 
+    if judgement.verdict.findings[0].name == "negative":  # what rings beside an edge falls below 0
+        pixels = [lifted(each, judgement.nearest, lossy, srgb=srgb) for each in pixels]
+        judgement = judge(pixels, scene, declaration, others=lambda: others(scene))
+    if judgement.verdict.word != "bug" or "invalid" in judgement.verdict.triggers:
+        return judgement
     left = [spared(each, judgement.nearest, lossy, srgb=srgb) for each in pixels]
     again = judge(left, scene, declaration, perceive=False, naming=False)
     if again.verdict.word == "bug":
