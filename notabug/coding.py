@@ -17,7 +17,6 @@ from notabug.metrics.neighbours import extreme
 from notabug.scenes_usd.picture import Pixels, decode_srgb, encode_srgb, read_picture, write_coded
 from notabug.scenes_usd.picture_numbers import Lossy
 
-BLOCK = 16  # pixels: JPEG's largest unit, of two 8 x 8 blocks either way where colours are subsampled; DWA has 8, B44 4
 # An edge that crosses a block elsewhere by a part of a pixel is lost otherwise, at most as much again.
 SPARE = 2.0
 
@@ -40,7 +39,7 @@ def lifted(picture: Floats, nearest: Floats, lossy: Lossy, *, srgb: bool) -> Flo
 def _loss(picture: Floats, lossy: Lossy, *, srgb: bool) -> Floats:
     """What the coding may lose around each pixel (h, w, 1) of ``picture``: of any channel, since it mixes them."""
     lost = np.abs(_coded(picture, lossy, srgb=srgb) - picture).max(axis=2, keepdims=True)
-    return SPARE * extreme(_around(lost), np.maximum)  # colours are smoothed over a block's border
+    return SPARE * extreme(_around(lost, lossy.block), np.maximum)  # colours are smoothed over a block's border
 
 
 def _coded(picture: Floats, lossy: Lossy, *, srgb: bool) -> Pixels:
@@ -52,9 +51,9 @@ def _coded(picture: Floats, lossy: Lossy, *, srgb: bool) -> Pixels:
     return decode_srgb(read) if srgb else read
 
 
-def _around(loss: Floats) -> Floats:
+def _around(loss: Floats, block: int) -> Floats:
     """The largest loss in the block of each pixel, blocks laid as the codings lay them."""
     height, width = loss.shape[:2]
-    rows, columns = (np.arange(0, size, BLOCK) for size in (height, width))
+    rows, columns = (np.arange(0, size, block) for size in (height, width))
     most = np.maximum.reduceat(np.maximum.reduceat(loss, rows, axis=0), columns, axis=1)
-    return np.repeat(np.repeat(most, BLOCK, axis=0), BLOCK, axis=1)[:height, :width]
+    return np.repeat(np.repeat(most, block, axis=0), block, axis=1)[:height, :width]

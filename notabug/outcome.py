@@ -69,19 +69,23 @@ def _judge(pictures: Sequence[Picture], scene: Scene, declaration: Declaration, 
     pixels = [each.pixels for each in pictures]
     judgement = judge(pixels, scene, declaration, others=lambda: others(scene))
     lossy = next((each.lossy for each in pictures if each.lossy), None)
-    if lossy is None or judgement.verdict.word != "bug":
+    if lossy is None or not judgement.verdict.triggers:
         return judgement
     from notabug.coding import lifted, spared
 
-    if judgement.verdict.findings[0].name == "negative":  # what rings beside an edge falls below 0
+    if [each.name for each in judgement.verdict.findings] == ["negative"]:  # what rings beside an edge falls below 0
         pixels = [lifted(each, judgement.nearest, lossy, srgb=srgb) for each in pixels]
         judgement = judge(pixels, scene, declaration, others=lambda: others(scene))
-    if judgement.verdict.word != "bug" or "invalid" in judgement.verdict.triggers:
+    if not judgement.verdict.triggers or "invalid" in judgement.verdict.triggers:
         return judgement
-    left = [spared(each, judgement.nearest, lossy, srgb=srgb) for each in pixels]
-    again = judge(left, scene, declaration, perceive=False, naming=False)
-    if again.verdict.word == "bug":
+    # of what is off in no single pixel, a gain or a shift, the nearest picture is the picture itself
+    meant = judgement.nearest if judgement.verdict.legs["bug"].pixels else judgement.reference
+    left = [spared(each, meant, lossy, srgb=srgb) for each in pixels]
+    again = judge(left, scene, declaration, perceive=lossy.bounded, naming=False)
+    if again.verdict.triggers:
         return judgement
+    if lossy.bounded:
+        return again
     message = f"{lossy.name} holds too little: what is off may be what it lost; store EXR, TIFF or PNG"
     findings = tuple(each for each in judgement.verdict.findings if each.kind != "bug")
     return replace(

@@ -78,13 +78,16 @@ def once_coarser(pixels: npt.NDArray[np.float32], numbers: Numbers) -> Numbers:
 class Lossy:
     """A coding that loses more than a step, and with what OpenImageIO codes in the same way, to see how much.
 
-    ``name`` is for people; ``suffix`` and ``attributes`` make a writer, of ``stored`` numbers.
+    ``name`` is for people; ``suffix`` and ``attributes`` make a writer, of ``stored`` numbers. It codes ``block`` x
+    ``block`` pixels together. ``bounded``: no value loses more than the step that its format declares.
     """
 
     name: str
     suffix: str
     stored: str = "uint8"
     attributes: dict[str, str] = field(default_factory=dict)
+    block: int = 16  # JPEG's largest unit: two 8 x 8 blocks either way where colours are subsampled; DWA has 8, B44 4
+    bounded: bool = False
 
 
 UNKNOWN_QUALITY = 50  # of JPEG, half of its scale: what is assumed of a coding whose quality its files do not tell
@@ -98,6 +101,8 @@ _LUMINANCE_MEAN, _CHROMINANCE_MEAN = 57.625, 86.015625
 def lossy_of(spec: Any, kind: str, stored: str, path: Path) -> Lossy | None:
     """The coding of the file at ``path`` where it loses more than a step of its numbers."""
     compression = _compression(spec)
+    if kind == "hdr":  # cutting all values moves the whole picture to one side, which no rounding does
+        return Lossy("RGBE", ".hdr", "float", block=1, bounded=True)
     if kind == "openexr" and compression in _LOSSY_EXR:
         if compression.startswith("b44") and stored != "half":
             return None  # B44 leaves floats as they are
