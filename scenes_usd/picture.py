@@ -195,7 +195,7 @@ def _read(source: Any, chosen: _Chosen) -> Pixels | None:
 def _choose(source: Any, path: Path, wanted: str) -> _Chosen:
     """The part and channels of the open file ``source`` that are the picture, the part's header read."""
     kind = str(source.format_name())
-    parts = []
+    parts: list[Any] = []
     while len(parts) < MAX_PARTS and source.seek_subimage(len(parts), 0):
         _check_size(source.spec(), path)
         parts.append(source.spec())

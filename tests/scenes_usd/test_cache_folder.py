@@ -80,20 +80,17 @@ def test_a_chosen_folder_that_cannot_be_is_an_error(
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
 def test_a_read_only_folder_of_another_user(tmp_path: Path) -> None:
-    code = "import sys; sys.path[:0] = [{!r}]\nimport os; os.setuid({})\n{}"
-    package = Path(cache_folder.__file__).read_text()
-    cut = package.replace("from notabug.scenes_usd.errors import NotabugError", "NotabugError = RuntimeError")
+    code = (
+        "import os, platformdirs; from notabug.scenes_usd.cache_folder import cache_root; "
+        f"platformdirs.user_cache_dir('x'); os.setuid({NOBODY}); print(cache_root())"
+    )
     home = tmp_path / "home"
     (home / ".cache" / "notabug").mkdir(parents=True)
     for each in (home, *home.rglob("*")):
         each.chmod(0o555)
     done = subprocess.run(
-        [
-            sys.executable,
-            "-c",
-            code.format("", NOBODY, cut.replace("from __future__ import annotations", "")) + "\nprint(cache_root())",
-        ],
-        env={"HOME": str(home), "PATH": os.environ["PATH"]},
+        [sys.executable, "-c", code],
+        env={"HOME": str(home), "PATH": os.environ["PATH"], "PYTHONPATH": os.pathsep.join(sys.path)},
         capture_output=True,
         text=True,
         check=False,
