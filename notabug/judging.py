@@ -125,7 +125,7 @@ def declare(
         quantum=coarsest.quantum * (SRGB_SLOPE if srgb else 1.0),
         relative_quantum=coarsest.relative_quantum,
         shared_exponent=coarsest.shared_exponent,
-        white=math.inf if coarsest.relative_quantum else 1.0,
+        white=1.0 if coarsest.stored.startswith(("uint", "int")) else math.inf,
         noisy=len(pictures) > 1 if noisy is None else noisy,
         samples=samples,
         ngon_split="unknown",

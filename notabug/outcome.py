@@ -51,7 +51,7 @@ def judge_pictures(
     if pictures is None:
         pictures = [read_picture(path) for path in paths]
     height, width = pictures[0].pixels.shape[:2]
-    judgement = _judge(pictures, scene, declaration, srgb)
+    judgement = judge_read(pictures, scene, declaration, srgb=srgb)
     image, images = (paths[0], {}) if folder is None else _write(judgement, folder, paths, height, width)
     return Outcome(
         judgement.verdict,
@@ -64,8 +64,8 @@ def judge_pictures(
     )
 
 
-def _judge(pictures: Sequence[Picture], scene: Scene, declaration: Declaration, srgb: bool) -> Judgement:
-    """The judgement; what looks like a bug in a file that loses much is one where the loss does not explain it."""
+def judge_read(pictures: Sequence[Picture], scene: Scene, declaration: Declaration, *, srgb: bool = False) -> Judgement:
+    """The judgement on ``pictures``; in a file that loses much a bug is only what the loss does not explain."""
     pixels = [each.pixels for each in pictures]
     judgement = judge(pixels, scene, declaration, others=lambda: others(scene))
     lossy = next((each.lossy for each in pictures if each.lossy), None)

@@ -147,6 +147,8 @@ def read_picture(path: Path, *, layer: str = "", srgb: bool = False) -> Picture:
     colours = len(chosen.layer.colours)
     pixels, alpha = data[:, :, :colours], data[:, :, colours:]
     numbers = once_coarser(pixels, numbers)
+    if numbers.quantum != chosen.numbers.quantum and not numbers.relative:
+        notes += (f"its values are all steps of 1/{round(1 / numbers.quantum)}",)
     if srgb:
         pixels = decode_srgb(pixels)
     opaque = bool((alpha == 1.0).all())

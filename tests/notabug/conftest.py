@@ -181,11 +181,11 @@ def Scope "Render"
 """
 
 
-def stage(folder: Path, width: int = WIDTH, height: int = HEIGHT) -> Path:
-    """A scene of that size: a lit ball before black."""
+def stage(folder: Path, width: int = WIDTH, height: int = HEIGHT, aperture: float = 20.0) -> Path:
+    """A scene of that size: a lit ball before black; at an aperture of 2 the ball fills the picture."""
     longest = max(width, height)
-    path = folder / f"ball{width}x{height}.usda"
-    text = STAGE.replace("ACROSS", str(20 * width / longest)).replace("DOWN", str(20 * height / longest))
+    path = folder / f"ball{width}x{height}at{aperture:g}.usda"
+    text = STAGE.replace("ACROSS", str(aperture * width / longest)).replace("DOWN", str(aperture * height / longest))
     path.write_text(text.replace("WIDTH", str(width)).replace("HEIGHT", str(height)))
     return path
 
@@ -205,9 +205,9 @@ class Desk:
     out: str = ""
     err: str = ""
 
-    def stage(self, width: int, height: int) -> Path:
+    def stage(self, width: int, height: int, aperture: float = 20.0) -> Path:
         """The scene in another size."""
-        return stage(self.folder, width, height)
+        return stage(self.folder, width, height, aperture)
 
     def judge(self, path: Path, *words: str) -> int:
         code = self.say("judge", str(path), "--scene", str(self.source), "--filter", "box", "--samples", "16", *words)

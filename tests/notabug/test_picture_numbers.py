@@ -191,6 +191,28 @@ def test_pictures_of_a_pixel_or_a_line(size: tuple[int, int], desk: Any) -> None
     assert verdict_of([pixels * np.nan], scene) == "bug"
 
 
+@pytest.mark.parametrize("size", SIZES)
+def test_few_pixels_without_an_edge_hold_any_bug(size: tuple[int, int], desk: Any) -> None:
+    scene = read_scene(str(desk.stage(*size, aperture=2.0)))
+    right = np.asarray(predict(scene).mean, np.float32)
+    assert right.min() > 0.0, "the ball fills the picture"
+    for name in ("box", "point", "tent", "unknown"):
+        assert verdict_of([right], scene, filter_name=name) == "pass", name
+        for wrong in (right * 3.0 + 0.5, right * 0.0, right[..., ::-1]):
+            assert verdict_of([np.ascontiguousarray(wrong)], scene, filter_name=name) == "bug", name
+
+
+@pytest.mark.parametrize("size", [(1, 1), (64, 1), (1, 3)])
+def test_every_command_takes_few_pixels(size: tuple[int, int], desk: Any) -> None:
+    desk.source = desk.stage(*size, aperture=2.0)
+    right = np.asarray(predict(read_scene(str(desk.source))).mean, np.float32)
+    out = desk.folder / "out"
+    assert desk.judge(desk.write("small.exr", right), "--out", str(out)) == 0
+    assert desk.judge(desk.write("wrong.exr", right * 2.0), "--out", str(out)) == 1
+    assert (out / "report.html").is_file()
+    assert desk.say("why", str(desk.folder / "wrong.exr"), "--scene", str(desk.source), "--pixel", "0,0") == 0
+
+
 def test_a_picture_is_decoded_once(desk: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     path = desk.folder / "plain.exr"
     write_exr(path, desk.right)
