@@ -153,12 +153,8 @@ def read_picture(path: Path, *, layer: str = "", srgb: bool = False) -> Picture:
         pixels = decode_srgb(pixels)
     opaque = bool((alpha == 1.0).all())
     if not opaque and spec.get_int_attribute("oiio:UnassociatedAlpha", 0):
-        if alpha.any():
-            pixels = pixels * alpha
-            numbers = replace(numbers, quantum=2.0 * numbers.quantum)  # both factors are rounded
-            notes += ("its alpha is straight: colours were multiplied by it",)
-        else:
-            notes += ("its alpha is 0 everywhere and was left out",)
+        pixels, numbers, said = _over_black(pixels, alpha, numbers)
+        notes += said
     exposure = spec.get_float_attribute("hdr:exposure", 1.0)
     if exposure != 1.0:
         notes += (f"its header's EXPOSURE of {exposure:g} was not divided out",)
@@ -179,19 +175,33 @@ def read_picture(path: Path, *, layer: str = "", srgb: bool = False) -> Picture:
     )
 
 
+def _over_black(pixels: Pixels, alpha: Pixels, numbers: Numbers) -> tuple[Pixels, Numbers, tuple[str, ...]]:
+    """Linear ``pixels`` with straight ``alpha`` as they look over black, their numbers, and a word for people."""
+    if not alpha.any():
+        return pixels, numbers, ("its alpha is 0 everywhere and was left out",)
+    numbers = replace(numbers, quantum=2.0 * numbers.quantum)  # both factors are rounded
+    return pixels * alpha, numbers, ("its alpha is straight: colours were multiplied by it",)
+
+
 def _read(source: Any, chosen: _Chosen) -> Pixels | None:
     """The chosen channels (h, w, c) as stored; None where the file is damaged."""
+    indices = chosen.indices
+    first, last = min(indices), max(indices) + 1
+    if last - first > MAX_TOGETHER:
+        each = [_range(source, chosen, index, index + 1) for index in indices]
+        return None if any(one is None for one in each) else np.concatenate([one for one in each if one is not None], 2)
+    data = _range(source, chosen, first, last)
+    if data is None or indices == tuple(range(first, last)):
+        return data
+    return data[:, :, [index - first for index in indices]]
+
+
+def _range(source: Any, chosen: _Chosen, first: int, last: int) -> Pixels | None:
+    """The channels from ``first`` to before ``last`` of the chosen part, or None."""
     import OpenImageIO
 
-    part, indices = chosen.layer.part, chosen.indices
-    first, last = min(indices), max(indices) + 1
-    ranges = [(first, last)] if last - first <= MAX_TOGETHER else [(each, each + 1) for each in indices]
-    read = [source.read_image(part, 0, *each, OpenImageIO.FLOAT) for each in ranges]
-    if any(each is None for each in read):
-        return None
-    height, width = chosen.spec.height, chosen.spec.width
-    data = np.concatenate([np.asarray(each, np.float32).reshape(height, width, -1) for each in read], axis=2)
-    return data[:, :, [each - first for each in indices]] if len(ranges) == 1 else data
+    data = source.read_image(chosen.layer.part, 0, first, last, OpenImageIO.FLOAT)
+    return None if data is None else np.asarray(data, np.float32).reshape(chosen.spec.height, chosen.spec.width, -1)
 
 
 def _choose(source: Any, path: Path, wanted: str) -> _Chosen:
