@@ -45,6 +45,7 @@ class Declaration:
     filter, radius : pixel filter and its radius in pixels (0.5 for box, 0 for point).
     quantum : the step of the output's encoding at 1.0 (1/65535 for 16-bit integers, 2**-11 relative for half floats).
     relative_quantum : True where the step scales with the value (floating-point output).
+    shared_exponent : True where the step scales with the largest channel of the pixel, and may be lost whole (RGBE).
     white : the largest value that the output can hold: 1 in integer formats.
     noisy : True where another seed gives another picture.
     samples : of a pixel in one picture; 0 where that is unknown.
@@ -121,6 +122,7 @@ class Declaration:
     hit_error: float = -1.0
     samples: int = 0
     white: float = math.inf
+    shared_exponent: bool = False
 
     def __post_init__(self) -> None:
         if self.hit_error < 0:

@@ -14,13 +14,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, RendererError, RendererMissingError
-from notabug.adapters.declared import PIXELS, read_srgb
+from notabug.adapters.declared import PIXELS
 from notabug.adapters.export.formats import export
 from notabug.adapters.job_folder import job_folder, picture_path
 from notabug.adapters.process import DEFAULT, Ended, Limits, failure, made_picture, run_child
 from notabug.adapters.requirements import check_supported
 from notabug.adapters.settings import filled
-from notabug.scenes_usd.picture import PictureError, read_header, write_exr
+from notabug.scenes_usd.picture import PictureError, read_header, read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
 
 _TICK = 2.0  # seconds by which a file system's clock may lag
@@ -38,6 +38,7 @@ class Command:
         of the program, and of every file in ``folder`` that a word names, stand for it.
     scene, image : the format that the program reads, and the suffix of what it writes.
     pixels, srgb : number format and encoding of its pictures.
+    layer : the layer or part of its files that is the picture, where they hold several; "" where that is clear.
     samples : samples per pixel where a run asks for none.
     retries : how often a call that failed is repeated.
     key : a hash of the table, since a finished result depends on all of it.
@@ -52,6 +53,7 @@ class Command:
     image: str = "exr"
     pixels: str = "float"
     srgb: bool = False
+    layer: str = ""
     samples: int = 1
     version: tuple[str, ...] | str = ""
     environment: dict[str, str] = field(default_factory=dict)
@@ -99,8 +101,9 @@ class Command:
 
     def _once(self, scene: Scene, source: Path, out: Path, seed: int, samples: int, quality: Quality) -> Render:
         folder = source.parent
-        picture = folder / f"image{seed}.{self.image}"
-        picture.unlink(missing_ok=True)  # of a call that failed
+        picture = folder / _PICTURES / f"image{seed}.{self.image}"
+        shutil.rmtree(picture.parent, ignore_errors=True)  # of a call that failed
+        picture.parent.mkdir(exist_ok=True)
         values = {
             "scene": str(source),
             "image": str(picture),
@@ -140,9 +143,9 @@ class Command:
                 do="let the renderer write the file anew",
             )
         try:
-            header = read_header(picture)
+            header = read_header(picture, self.layer)
         except PictureError as error:
-            raise failure(f"its picture cannot be read: {error.what}", where=where, log=log) from error
+            raise _unreadable(error, where, log) from error
         if header.channels not in (3, 4):
             raise failure(
                 f"the picture has {header.channels} channels", where=where, log=log, do="write red, green and blue"
@@ -154,9 +157,9 @@ class Command:
                 log=log,
                 do="give the program {width} and {height}, or let it read them from the scene",
             )
-        quantum, relative = PIXELS[self.pixels]
-        if header.quantum > quantum or (header.relative_quantum, relative) == (False, True):
-            found = next((name for name, each in PIXELS.items() if each[0] == header.quantum), "another format")
+        declared = PIXELS[self.pixels]
+        if header.quantum > declared.quantum or (header.relative_quantum, declared.relative) == (False, True):
+            found = next((name for name, each in PIXELS.items() if each.quantum == header.quantum), "another format")
             raise failure(
                 f"the picture's numbers are {found}, declared is {self.pixels}",
                 where=where,
@@ -165,15 +168,15 @@ class Command:
             )
 
     def _keep(self, picture: Path, out: Path, seed: int, ended: Ended) -> Path:
-        if not self.srgb:
+        if not self.srgb and not self.layer:
             kept = out / f"seed{seed}.{self.image}"
             picture.replace(kept)
             return kept
         kept = picture_path(out, "linear", seed)
         try:
-            write_exr(kept, read_srgb(picture))
+            write_exr(kept, read_picture(picture, layer=self.layer, srgb=self.srgb).pixels)
         except PictureError as error:
-            raise failure(f"its picture cannot be read: {error.what}", where=self.name, log=ended.log) from error
+            raise _unreadable(error, self.name, ended.log) from error
         return kept
 
     def _words(self, words: tuple[str, ...], values: dict[str, str] | None = None) -> list[str]:
@@ -205,4 +208,13 @@ class Command:
         return state.hexdigest()
 
 
+def _unreadable(error: PictureError, where: str, log: str) -> RendererError:
+    what = f"its picture cannot be read: {error.what}"
+    layers = error.got if error.got.startswith("layers") else ""
+    return failure(
+        what + (f"; {layers}" if layers else ""), where=where, log=log, do='set layer = "NAME"' if layers else ""
+    )
+
+
+_PICTURES = "picture"  # in the job's folder: a picture has a folder of its own, apart from the scene's files
 _NONE = ("scene", "image", "width", "height", "samples", "seed", "threads")

@@ -16,7 +16,7 @@ from notabug.adapters.export.formats import FORMATS
 from notabug.adapters.files import SUFFIXES, Files
 from notabug.adapters.process import DEFAULT, Limits
 
-_COMMAND_KEYS = ("command", "version", "scene", "image", "samples", "environment", "install")
+_COMMAND_KEYS = ("command", "version", "scene", "image", "layer", "samples", "environment", "install")
 _LIMIT_KEYS = ("timeout", "cpu", "memory", "output", "retries")
 _CUT = frozenset({"json", "gltf", "pbrt", "povray", "mitsuba"})  # formats in which we cut n-gons, along 0-2
 _DAY = 86400.0
@@ -63,6 +63,7 @@ def _command(name: str, table: Table) -> Command:
         image=settings.choice(table, "image", "exr", sorted(each[1:] for each in SUFFIXES)),
         pixels=declared.pixels(table),
         srgb=declared.is_srgb(table),
+        layer=settings.text(table, "layer", ""),
         samples=settings.whole(table, "samples", 1, 1, 1 << 20),
         version=settings.words(table, "version") if isinstance(version, list) else settings.text(table, "version", ""),
         environment=environment,
@@ -79,7 +80,7 @@ def _command(name: str, table: Table) -> Command:
 
 
 def _files(name: str, table: Table) -> Files:
-    table.check_keys(["files", "version", "install", *declared.KEYS])
+    table.check_keys(["files", "layer", "version", "install", *declared.KEYS])
     return Files(
         name=name,
         folder=table.folder / settings.text(table, "files", ""),
@@ -87,6 +88,7 @@ def _files(name: str, table: Table) -> Files:
         capabilities=declared.capabilities(table),
         pixels=declared.pixels(table),
         srgb=declared.is_srgb(table),
+        layer=settings.text(table, "layer", ""),
         version=settings.text(table, "version", ""),
         install=settings.text(table, "install", "put the pictures there"),
         key=_key(table),

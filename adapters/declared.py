@@ -8,28 +8,20 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import fields
-from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
-import numpy as np
-import numpy.typing as npt
-
 from notabug.adapters import settings
-from notabug.adapters.base import Declaration, Pixels
+from notabug.adapters.base import Declaration
 from notabug.adapters.config import ConfigError, Table
-from notabug.scenes_usd.picture import read_picture
+from notabug.scenes_usd.picture import decode_srgb as decode_srgb
+from notabug.scenes_usd.picture_numbers import NUMBERS
 
-PIXELS: dict[str, tuple[float, bool]] = {
-    "float": (2.0**-24, True),
-    "half": (2.0**-11, True),
-    "uint16": (1 / 65535, False),
-    "uint8": (1 / 255, False),
-}
-"""Number formats: the step at 1, and whether it scales with the value."""
+PIXELS = NUMBERS
+"""Number formats: the step at 1, and whether it scales with the value or with the largest channel of the pixel."""
 
 SRGB_SLOPE = 2.4 / 1.055  # of the decoding at 1: by so much does a step of the file grow
 RADIUS = {"point": 0.0, "box": 0.5, "tent": 1.0, "gaussian": 2.0, "unknown": 2.0}  # pixels, where none is declared
-_DERIVED = ("quantum", "relative_quantum", "white")
+_DERIVED = ("quantum", "relative_quantum", "shared_exponent", "white")
 _HINTS: dict[str, Any] = {name: hint for name, hint in get_type_hints(Declaration).items() if name not in _DERIVED}
 KEYS = (*_HINTS, "pixels", "encoding", "capabilities")
 CAPABILITIES = frozenset(
@@ -56,9 +48,14 @@ def declaration(table: Table, *, ngon_split: str) -> Declaration:
     fallback["shadows"] = "cast" if "shadows" in (capabilities(table) or CAPABILITIES) else "none"
     fallback["radius"] = RADIUS[settings.choice(table, "filter", "unknown", tuple(RADIUS))]
     said = {name: _value(table, name, fallback[name]) for name in _HINTS}
-    quantum, relative = PIXELS[pixels(table)]
-    step = quantum * (SRGB_SLOPE if is_srgb(table) else 1.0)
-    return Declaration(**said, quantum=step, relative_quantum=relative, white=math.inf if relative else 1.0)
+    numbers = PIXELS[pixels(table)]
+    return Declaration(
+        **said,
+        quantum=numbers.quantum * (SRGB_SLOPE if is_srgb(table) else 1.0),
+        relative_quantum=numbers.relative,
+        shared_exponent=numbers.shared,
+        white=math.inf if numbers.relative else 1.0,
+    )
 
 
 def _value(table: Table, name: str, fallback: Any) -> Any:
@@ -150,8 +147,9 @@ def _meanings() -> dict[str, str]:
 
 
 def pixels(table: Table) -> str:
-    """The number format of the pictures."""
-    return settings.choice(table, "pixels", "float", tuple(PIXELS))
+    """The number format of the pictures: a Radiance file holds only one."""
+    usual = "rgbe" if table.values.get("image") == "hdr" else "float"
+    return settings.choice(table, "pixels", usual, tuple(PIXELS))
 
 
 def is_srgb(table: Table) -> bool:
@@ -168,19 +166,3 @@ def capabilities(table: Table) -> frozenset[str]:
             "capabilities", f"unknown capability {unknown[0]!r}", expected=f"some of {', '.join(sorted(CAPABILITIES))}"
         )
     return found
-
-
-def read_srgb(path: Path) -> Pixels:
-    """The linear values of an sRGB-encoded picture."""
-    return decode_srgb(read_picture(path).pixels)
-
-
-def decode_srgb(encoded: npt.NDArray[np.floating]) -> Pixels:
-    """IEC 61966-2-1 to linear; below 0 mirrored, above 1 by the same curve.
-
-    >>> float(decode_srgb(np.array([0.5])).round(4)[0])
-    0.214
-    """
-    size = np.abs(encoded)
-    linear = np.where(size <= 0.04045, size / 12.92, ((size + 0.055) / 1.055) ** 2.4)
-    return np.asarray(np.copysign(linear, encoded), np.float32)

@@ -14,10 +14,10 @@ from glob import escape
 from pathlib import Path
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError, UnsupportedError
-from notabug.adapters.declared import PIXELS, read_srgb
+from notabug.adapters.declared import PIXELS
 from notabug.adapters.process import failure
 from notabug.adapters.requirements import check_supported
-from notabug.scenes_usd.picture import PictureError, read_header, write_exr
+from notabug.scenes_usd.picture import PictureError, read_header, read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
 
 PATTERNS = ("{scene}/{variant}/*", "{scene}/{variant}.*", "{scene}.{variant}.*", "{scene}.*")
@@ -37,6 +37,7 @@ class Files:
     capabilities: frozenset[str]
     pixels: str = "float"
     srgb: bool = False
+    layer: str = ""  # the layer or part that is the picture, where files hold several
     version: str = ""
     install: str = "put the pictures there"
     key: str = ""
@@ -86,12 +87,13 @@ class Files:
 
     def _copy(self, path: Path, out: Path, seed: int) -> Render:
         try:
-            header = read_header(path)
-            if header.quantum > PIXELS[self.pixels][0]:
+            header = read_header(path, self.layer)
+            if header.quantum > PIXELS[self.pixels].quantum:
                 raise failure(f"{path.name} is coarser than the declared {self.pixels}", where=self.name)
-            kept = out / (f"seed{seed}.exr" if self.srgb else f"seed{seed}{path.suffix}")
-            if self.srgb:
-                write_exr(kept, read_srgb(path))
+            anew = self.srgb or bool(self.layer)
+            kept = out / (f"seed{seed}.exr" if anew else f"seed{seed}{path.suffix}")
+            if anew:
+                write_exr(kept, read_picture(path, layer=self.layer, srgb=self.srgb).pixels)
             else:
                 shutil.copyfile(path, kept)
         except PictureError as error:

@@ -30,6 +30,7 @@ EDGE, ENOUGH = 0.19, 16
 # 0.05 gave 47 false alarms, all at 64 samples or more.
 RANDOM_EDGE = 0.1
 LSB = 0.55  # a rounded value is off by half a step, and a little for a rounding error before it
+CUT = 1.05  # of a step: Ward's RGBE cuts what does not fit, others round
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +68,7 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
     if math.isfinite(declaration.white):
         value, lo, hi = (np.minimum(each, declaration.white) for each in (value, lo, hi))
     tau = tolerance * np.abs(value) + ABSOLUTE * max(float(value.max(initial=0.0)), DARK)
-    tau += LSB * declaration.quantum * (np.abs(value) if declaration.relative_quantum else 1.0)
+    tau += _rounded(declaration, value, hi)
     samples = None
     if not point:
         inside = np.maximum(envelope.hi - envelope.lo - slope(envelope.mean), 0.0)
@@ -89,14 +90,28 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
     return Admissible(value, lo, hi, tau, edge, spared, point, reach_of_filter, samples)
 
 
+def _rounded(declaration: Declaration, value: Floats, hi: Floats) -> Floats | float:
+    """By how much the output's number format may move ``value`` (h, w, 3), or what is admitted there up to ``hi``."""
+    if declaration.shared_exponent:
+        return CUT * declaration.quantum * largest(np.maximum(np.abs(value), np.abs(hi)))[..., None]
+    return LSB * declaration.quantum * (np.abs(value) if declaration.relative_quantum else 1.0)
+
+
 def slope(value: Floats) -> Floats:
     """By how much ``value`` (h, w, 3) changes over a pixel where it changes evenly: the least change within two pixels.
 
     Subsamples know an even slope's mean, wherever they lie; an edge's they do not, and beside an edge it is flat.
     """
-    across, down = np.abs(np.diff(value, axis=1)), np.abs(np.diff(value, axis=0))
-    change = np.pad(across, ((0, 0), (0, 1), (0, 0)), mode="edge") + np.pad(down, ((0, 1), (0, 0), (0, 0)), mode="edge")
+    change = _steps(value, 1) + _steps(value, 0)
     return np.asarray(1.25 * extreme(extreme(change, np.minimum), np.minimum))
+
+
+def _steps(value: Floats, axis: int) -> Floats:
+    """|the next value - this one| along ``axis``, the last as the one before; 0 where there is only one."""
+    if value.shape[axis] == 1:
+        return np.zeros_like(value)
+    widths = [(0, int(each == axis)) for each in range(value.ndim)]
+    return np.pad(np.abs(np.diff(value, axis=axis)), widths, mode="edge")
 
 
 def widening(declaration: Declaration) -> float:

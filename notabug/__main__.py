@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from collections.abc import Sequence
 
@@ -11,7 +12,8 @@ from notabug.crew import JOBS_PER_PROCESS, cores_here, prepare
 def main() -> None:
     """``notabug.cli``; of a run that is to be long, a crew starts to load before the words are understood."""
     if _is_long(sys.argv[1:]):
-        prepare()
+        with contextlib.suppress(Exception):  # the run starts one again, and tells what is wrong
+            prepare()
     from notabug.cli import main as command_line
 
     command_line()

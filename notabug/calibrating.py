@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import tempfile
@@ -80,8 +81,9 @@ def calibrate(adapter: Adapter, found: Found, quality: Quality, *, fresh: bool =
         made = _measure(adapter, found, quality)
     except NotabugError as error:  # not remembered: the next time it may work
         return Calibrated(adapter.name, found.version, False, str(error))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_json(path, asdict(made))
+    with contextlib.suppress(OSError):  # on a full disk it is measured again the next time
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_json(path, asdict(made))
     return made
 
 
@@ -99,11 +101,13 @@ def _measure(adapter: Adapter, found: Found, quality: Quality) -> Calibrated:
                 unsupported = unsupported or str(error)
                 continue
             again = adapter.render(scene, second, replace(quality, seeds=quality.seeds[:1]))
-            pictures = [read_picture(each.image).pixels for each in renders]
+            read = [read_picture(each.image) for each in renders]
+            pictures = [each.pixels for each in read]
             repeats = np.array_equal(read_picture(again[0].image).pixels, pictures[0], equal_nan=True)
             declaration = adapter.declaration(quality)
             reading = read_card(pictures, predict(scene), declaration, repeats)
-            verdict = judge_pictures([each.image for each in renders], scene, declaration, None).verdict
+            paths = [each.image for each in renders]
+            verdict = judge_pictures(paths, scene, declaration, None, pictures=read).verdict
         fine = verdict.word in ("pass", "limitation") or (verdict.word != "error" and not reading.causes)
         sentence = reading.sentence or (verdict.message if verdict.word not in ("pass", "limitation") else "")
         card = f"{scene.id} {scene.variant}".rstrip()

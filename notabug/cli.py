@@ -20,6 +20,7 @@ from notabug.options import (
     Filter,
     Format,
     Json,
+    Layer,
     Page,
     Precision,
     Renderers,
@@ -37,7 +38,7 @@ app = typer.Typer(
     help="Is it a rendering bug, or really not? Renders canonical scenes and says of every picture whether it is "
     "correct, shows an expected limitation, or a genuine bug.",
     epilog="Exit codes: 0 nothing worse than accepted, 1 bug, 2 usage, 3 renderer error, 4 missing reference, 5 "
-    "nothing selected.",
+    "nothing selected, 70 a defect of notabug.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -149,6 +150,7 @@ def judge(
         typer.Option(min=0, help="Samples per pixel of each picture, where known: from 16 on edges are judged closer."),
     ] = 0,
     declare: Declare = None,
+    layer: Layer = "",
     out: Annotated[Path | None, typer.Option(help="Also write maps, run.json and report.html here.")] = None,
     as_json: Json = False,
 ) -> None:
@@ -168,6 +170,7 @@ def judge(
         out=out,
         as_json=as_json,
         declare_words=declare or [],
+        layer=layer,
     )
     raise typer.Exit(code)
 
@@ -182,6 +185,7 @@ def why(
     precision: Annotated[Precision, typer.Option(help="Arithmetic of the intersections.")] = Precision.float32,
     encoding: Annotated[Encoding, typer.Option(help="What the picture's numbers are.")] = Encoding.linear,
     declare: Declare = None,
+    layer: Layer = "",
     as_json: Json = False,
 ) -> None:
     """Say what each model predicts at one pixel, and which one fits."""
@@ -197,6 +201,7 @@ def why(
         srgb=encoding is Encoding.srgb,
         as_json=as_json,
         declare_words=declare or [],
+        layer=layer,
     )
     raise typer.Exit(code)
 
@@ -434,6 +439,22 @@ def main() -> None:
     except BrokenPipeError:  # the reader of our output went away
         sys.stderr.close()
         sys.exit(ExitCode.OK)
+    except Exception as error:  # exit code 1, Python's own for any error, would tell of a renderer's bug
+        sys.stderr.write(f"notabug: internal error: {type(error).__name__}: {error}; {_saved_trace()}\n")
+        sys.exit(ExitCode.INTERNAL)
+
+
+def _saved_trace() -> str:
+    """Where the trace of the error in hand was saved; the trace itself where nothing can be written."""
+    import tempfile
+    import traceback
+
+    try:
+        with tempfile.NamedTemporaryFile("w", prefix="notabug-", suffix=".log", delete=False, encoding="utf-8") as log:
+            log.write(f"{sys.argv}\n{traceback.format_exc()}")
+            return f"please report it with the trace in {log.name}"
+    except OSError:
+        return f"please report it\n{traceback.format_exc()}"
 
 
 if __name__ == "__main__":

@@ -12,11 +12,12 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from multiprocessing.synchronize import Semaphore
 from types import FrameType, TracebackType
 from typing import Any, ClassVar, Protocol, TypeVar
 
+from notabug.scenes_usd.cache_folder import CacheError, cache_root
 from notabug.scenes_usd.errors import NotabugError, SelectionError
 
 Job = TypeVar("Job")
@@ -180,6 +181,8 @@ def prepare(*more: str) -> str:
     from multiprocessing import forkserver
 
     forkserver.set_forkserver_preload([_NEEDED, *more])
+    with suppress(CacheError):  # where a temporary cache is needed all processes share one; who uses it tells the error
+        cache_root()
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(_ONE_THREAD)
     try:

@@ -14,6 +14,7 @@ class ExitCode(IntEnum):
     RENDERER = 3  # A renderer failed, did not pass calibration, or is required and not installed.
     REFERENCE = 4  # A reference is missing, holds NaN or Inf, or does not match its scene.
     NOTHING = 5  # The selection holds no job: no scene matches, or no renderer is installed.
+    INTERNAL = 70  # A defect of notabug itself (EX_SOFTWARE of sysexits.h): it says nothing of any picture.
 
 
 # By name, so that the front door starts without importing the floors that define them.

@@ -7,7 +7,6 @@ import math
 import shlex
 import shutil
 import sys
-import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -19,7 +18,7 @@ from rich.text import Text
 
 from notabug.adapters import declared
 from notabug.adapters.base import Declaration, Filter
-from notabug.adapters.declared import RADIUS, SRGB_SLOPE, decode_srgb
+from notabug.adapters.declared import RADIUS, SRGB_SLOPE
 from notabug.exit_codes import ExitCode
 from notabug.folders import folder_name, write_json
 from notabug.gate import Gate, code_of
@@ -49,19 +48,17 @@ def command(
     out: Path | None,
     as_json: bool,
     declare_words: Sequence[str] = (),
+    layer: str = "",
 ) -> ExitCode:
     """Judge ``images`` as seeds of one renderer and print the verdict."""
     begun = time.perf_counter()
     scene = read_scene(source, one_variant(variants))
-    pictures = [read_picture(path) for path in images]
+    pictures = [read_picture(path, layer=layer, srgb=srgb) for path in images]
     said = declared.said(declare_words)
     declaration = declare(pictures, filter_name, radius, precision, srgb=srgb, noisy=noisy, samples=samples, said=said)
-    with tempfile.TemporaryDirectory(prefix="notabug-") as scratch:
-        paths = list(images)
-        if srgb or out is not None:
-            paths = _as_linear(images, pictures, out / folder_name(scene.id) if out else Path(scratch), srgb)
-        folder = out / folder_name(scene.id) if out else None
-        outcome = judge_pictures(paths, scene, declaration, folder)
+    folder = out / folder_name(scene.id) if out else None
+    paths = list(images) if folder is None else _kept(images, pictures, folder, anew=srgb or bool(layer))
+    outcome = judge_pictures(paths, scene, declaration, folder, pictures=pictures, srgb=srgb)
     result = Result(
         scene=scene.id,
         variant=scene.variant,
@@ -75,6 +72,8 @@ def command(
         size=outcome.size,
         command=shlex.join(["notabug", *sys.argv[1:]]),
         claim=scene.card.claim,
+        channels=outcome.channels,
+        notes=outcome.notes,
     )
     result = Gate().judged(result)
     total = time.perf_counter() - begun
@@ -133,7 +132,8 @@ def declare(
         radius=RADIUS[filter_name] if radius is None else radius,
         quantum=coarsest.quantum * (SRGB_SLOPE if srgb else 1.0),
         relative_quantum=coarsest.relative_quantum,
-        white=math.inf if coarsest.relative_quantum else 1.0,
+        shared_exponent=coarsest.shared_exponent,
+        white=1.0 if coarsest.stored.startswith(("uint", "int")) else math.inf,
         noisy=len(pictures) > 1 if noisy is None else noisy,
         samples=samples,
         **declared.unknown(),
@@ -141,18 +141,27 @@ def declare(
     return replace(made, **{"hit_error": -1.0, **said}) if said else made
 
 
-def _as_linear(images: Sequence[Path], pictures: Sequence[Picture], folder: Path, srgb: bool) -> list[Path]:
-    """The pictures as files in ``folder``: decoded when ``srgb``, else copies."""
+def _kept(images: Sequence[Path], pictures: Sequence[Picture], folder: Path, *, anew: bool) -> list[Path]:
+    """The pictures as files in ``folder``: copies, or written ``anew`` as they were read."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for index, (image, picture) in enumerate(zip(images, pictures, strict=True)):
-        path = folder / f"picture-{index}{'.exr' if srgb else image.suffix}"
-        if srgb:
-            write_exr(path, decode_srgb(picture.pixels))
+        path = folder / f"picture-{index}{'.exr' if anew else image.suffix}"
+        if anew:
+            write_exr(path, picture.pixels)
         else:
             shutil.copyfile(image, path)
         paths.append(path)
     return paths
+
+
+def what_was_read(channels: Sequence[str], notes: Sequence[str]) -> str:
+    """One line: the channels that were judged, and what reading them took.
+
+    >>> what_was_read(["R", "G", "B"], ["its Orientation is 4: rows are stored bottom up"])
+    'judged: R, G, B; its Orientation is 4: rows are stored bottom up'
+    """
+    return f"judged: {'; '.join([', '.join(channels), *notes])}"
 
 
 def _show(out: Console, result: Result) -> None:
@@ -167,6 +176,7 @@ def _show(out: Console, result: Result) -> None:
         line += f"[{x0}, {x1}) x [{y0}, {y1}), "
         line += f"jnd {number(each.jnd, 2)}, z {number(each.z)}{'' if each.visible else ', invisible'}"
         out.print(Text(line + (f": {each.message}" if each.message else "")))
+    out.print(what_was_read(result.channels, result.notes), style="dim", markup=False, soft_wrap=True)
     numbers = ", ".join(f"{readable(name)} {number(value, 4)}" for name, value in verdict.numbers.items())
     if numbers:
         out.print(numbers, style="dim", markup=False)

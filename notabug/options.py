@@ -112,6 +112,9 @@ Declare = Annotated[
         help="What the renderer does where renderers differ; again for more. `notabug list declarations` has all keys.",
     ),
 ]
+Layer = Annotated[
+    str, typer.Option(metavar="NAME", help="The layer or part that is the picture, where a file has several.")
+]
 Renderers = Annotated[
     list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all that are found.")
 ]

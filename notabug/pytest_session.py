@@ -16,10 +16,9 @@ from notabug.expectation import BETTER
 from notabug.folders import sole_writer
 from notabug.gate import FailOn, Gate
 from notabug.judging import declare
-from notabug.metrics.judge import judge
 from notabug.metrics.verdict import Verdict
+from notabug.outcome import judge_read
 from notabug.record import Result
-from notabug.references.store import others
 from notabug.report.page import draw
 from notabug.report.sentence import sentence
 from notabug.run import Calibrated, Plan, Run, Silent, Task, calibrate, perform
@@ -136,7 +135,7 @@ def judged(images: Sequence[Any], source: str, variants: Mapping[str, str], decl
         known = ", ".join(Declaration.__slots__)
         raise SelectionError("not part of a declaration", where="judge", expected=known, got=", ".join(unknown))
     declaration = replace(base, **words)
-    return judge([each.pixels for each in pictures], scene, declaration, others=lambda: others(scene)).verdict
+    return judge_read(pictures, scene, declaration).verdict
 
 
 def _picture(image: Any) -> Picture:

@@ -39,6 +39,8 @@ class Result:
     state: State = ""  # how the result compares with what is expected
     because: str = ""  # why a team has accepted it
     fails: bool = False  # a gate goes red for it
+    channels: tuple[str, ...] = ()  # of the picture's file that were judged
+    notes: tuple[str, ...] = ()  # what reading them took: a window, an orientation, alpha
 
     @property
     def surprising(self) -> bool:
@@ -70,6 +72,8 @@ class Result:
             "state": self.state,
             "because": self.because,
             "fails": self.fails,
+            "channels": list(self.channels),
+            "notes": list(self.notes),
         }
         document: dict[str, Any] = json_ready(plain)
         return document
@@ -109,6 +113,8 @@ class Result:
             state=data.get("state", ""),
             because=data.get("because", ""),
             fails=data.get("fails", False),
+            channels=tuple(data.get("channels", ())),
+            notes=tuple(data.get("notes", ())),
         )
 
 
@@ -129,8 +135,10 @@ def _check_types(data: Any) -> None:
     for key in ("samples", "seeds"):
         if not isinstance(data[key], int):
             raise TypeError(f"{key} is no whole number")
+    read = (*data.get("channels", ()), *data.get("notes", ()))
     if not all(
-        isinstance(each, str) for each in (*data["images"].values(), *data["renderer_command"], *data["triggers"])
+        isinstance(each, str)
+        for each in (*data["images"].values(), *data["renderer_command"], *data["triggers"], *read)
     ):
         raise TypeError("a picture's path or a word of the command or the triggers is no text")
     numbers = [*data["seconds"].values(), *data["size"], *data["numbers"].values()]

@@ -304,6 +304,8 @@ def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
             image=_relative(outcome.image, plan.out),
             images={key: _relative(path, plan.out) for key, path in outcome.images.items()},
             size=outcome.size,
+            channels=outcome.channels,
+            notes=outcome.notes,
             seconds=blank.seconds | {"judge": outcome.seconds},
         )
         write_json(folder / "result.json", {"key": keys["result"], "result": result.as_dict()})

@@ -6,9 +6,9 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from notabug.adapters.declared import decode_srgb, said
+from notabug.adapters.declared import said
 from notabug.exit_codes import ExitCode
-from notabug.judging import declare, one_variant
+from notabug.judging import declare, one_variant, what_was_read
 from notabug.metrics.why import explain_pixel
 from notabug.progress import console
 from notabug.scenes_usd.errors import SelectionError
@@ -27,18 +27,20 @@ def command(
     srgb: bool,
     as_json: bool,
     declare_words: Sequence[str] = (),
+    layer: str = "",
 ) -> ExitCode:
     """Explain the pixel ``X,Y`` (y down, from 0) of ``image``."""
     scene = read_scene(source, one_variant(variants))
-    picture = read_picture(image)
+    picture = read_picture(image, layer=layer, srgb=srgb)
     x, y = parse_pixel(pixel, picture.pixels.shape[1], picture.pixels.shape[0])
-    pixels = decode_srgb(picture.pixels) if srgb else picture.pixels
     declaration = declare([picture], filter_name, None, precision, srgb=srgb, noisy=None, said=said(declare_words))
-    found = explain_pixel(pixels, scene, declaration, x, y)
+    found = explain_pixel(picture.pixels, scene, declaration, x, y)
     if as_json:
-        print(json.dumps(found.as_dict(), ensure_ascii=False, allow_nan=False))
+        read = {"channels": list(picture.judged), "notes": list(picture.notes)}
+        print(json.dumps(found.as_dict() | read, ensure_ascii=False, allow_nan=False))
     else:
         console().print(found.as_text(), markup=False, soft_wrap=True)
+        console().print(what_was_read(picture.judged, picture.notes), style="dim", markup=False, soft_wrap=True)
     return ExitCode.OK
 
 

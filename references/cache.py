@@ -3,15 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from pathlib import Path
 
-import platformdirs
-
-
-def cache_root() -> Path:
-    """The folder of everything notabug can recompute: ``$NOTABUG_CACHE``, or the user's cache folder."""
-    return Path(os.environ.get("NOTABUG_CACHE") or platformdirs.user_cache_dir("notabug"))
+from notabug.scenes_usd.cache_folder import cache_root as cache_root
 
 
 def source_hash(folder: Path) -> str:

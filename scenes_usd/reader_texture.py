@@ -82,16 +82,17 @@ def _load(prim: Usd.Prim, name: str, wrap_s: Wrap, wrap_t: Wrap, space: str) -> 
             got=error.got or name,
             do=error.do,
         ) from error
-    if picture.channels not in (1, 3):
+    if not picture.opaque:
         raise fault(
             prim,
             "inputs:file",
             "textures with alpha are not supported",
-            expected="1 or 3 channels",
-            got=str(picture.channels),
+            expected="no alpha, or one that is 1 everywhere",
+            got=f"{picture.channels} channels with alpha below 1",
+            do="store the texture without alpha, and opacity in the material",
         )
-    if space == "auto":  # UsdPreviewSurface: eight bits and three channels are sRGB, all else is linear
-        space = "sRGB" if picture.channels == 3 and picture.quantum == 1 / 255 else "raw"
+    if space == "auto":  # UsdPreviewSurface: eight bits and three or four channels are sRGB, all else is linear
+        space = "sRGB" if picture.channels in (3, 4) and picture.stored == "uint8" else "raw"
     pixels: Floats = picture.pixels.astype(np.float64)
     if picture.quantum in (1 / 255, 1 / 65535):  # the exact fractions, without the float32 they were read through
         pixels = np.rint(pixels / picture.quantum) / round(1 / picture.quantum)

@@ -20,6 +20,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from notabug.scenes_usd.cache_folder import cache_root
 from notabug.scenes_usd.errors import SceneError
 
 TRUST = "NOTABUG_TRUST"
@@ -103,8 +104,9 @@ def _read_by_child(paths: Sequence[Path]) -> str:
         _passed[path] = state
         layers = json.loads(line)
         if layers is not None:  # of a scene that was refused for one of them the others were not looked at
-            mark.parent.mkdir(parents=True, exist_ok=True)
-            mark.write_text(json.dumps({name: _state(Path(name)) for name in layers}), encoding="utf-8")
+            with contextlib.suppress(OSError):  # a full disk costs time: it is read by a child again
+                mark.parent.mkdir(parents=True, exist_ok=True)
+                mark.write_text(json.dumps({name: _state(Path(name)) for name in layers}), encoding="utf-8")
     return ""
 
 
@@ -179,9 +181,6 @@ def _state(path: Path) -> list[int] | None:
 
 def _mark(path: Path) -> Path:
     """The file in the cache that holds the states of the layers with which ``path``, as it is now, has passed."""
-    import platformdirs
-
     state: Any = hashlib.blake2b(path.read_bytes(), digest_size=16)
     state.update(str(path).encode("utf-8", "surrogateescape"))
-    cache = Path(os.environ.get("NOTABUG_CACHE") or platformdirs.user_cache_dir("notabug"))
-    return cache / "scenes" / str(state.hexdigest())
+    return cache_root() / "scenes" / str(state.hexdigest())

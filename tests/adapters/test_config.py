@@ -290,3 +290,91 @@ def test_the_manual_names_every_key_and_placeholder() -> None:
     missing = {key for key in keys if f"`{key}`" not in manual and f"\n{key} = " not in manual}
     assert missing == set()
     assert [hole for hole in typed.PLACEHOLDERS if f"{{{hole}}}" not in manual] == []
+
+
+DRAW = """
+import json, pathlib, sys
+import numpy as np, OpenImageIO
+scene, image = map(pathlib.Path, sys.argv[1:3])
+before = {each.name: each.read_bytes() for each in scene.parent.iterdir() if each.is_file()}
+size = json.loads((scene.parent / "scene.json").read_text())
+names = NAMES
+spec = OpenImageIO.ImageSpec(int(sys.argv[3]), int(sys.argv[4]), len(names), OpenImageIO.TypeDesc("STORED"))
+spec.channelnames = names
+target = OpenImageIO.ImageOutput.create(str(image))
+assert target.open(str(image), spec)
+pixels = np.zeros((spec.height, spec.width, len(names)), np.float32)
+pixels[..., -3:] = 0.25
+assert target.write_image(pixels) and target.close()
+assert before == {each.name: each.read_bytes() for each in scene.parent.iterdir() if each.is_file()}, "a file is gone"
+assert any(each.startswith("image0") for each in before), before
+"""
+
+
+def drawer(folder: Path, names: tuple[str, ...], stored: str, **more: Any) -> Adapter:
+    """A command renderer that looks whether all files of its scene are still there when it has drawn."""
+    (folder / "draw.py").write_text(DRAW.replace("NAMES", repr(names)).replace("STORED", stored))
+    command = [sys.executable, "{folder}/draw.py", "{scene}", "{image}", "{width}", "{height}", "{seed}"]
+    return configured("mine", table(folder, command=command, noisy=True, **more), {})
+
+
+@pytest.mark.parametrize(
+    ("image", "scene", "stored", "pixels"),
+    [
+        ("png", "json", "uint16", "uint16"),
+        ("png", "obj", "uint16", "uint16"),
+        ("pfm", "json", "float", "float"),
+        ("pfm", "pbrt", "float", "float"),
+        ("exr", "gltf", "half", "half"),
+        ("hdr", "usd", "float", "rgbe"),
+    ],
+)
+def test_a_picture_never_takes_the_place_of_a_file_of_the_scene(
+    image: str, scene: str, stored: str, pixels: str, tmp_path: Path
+) -> None:
+    textured = read_scene("texture/uneven_quad")
+    assert textured.textures
+    adapter = drawer(tmp_path, ("R", "G", "B"), stored, image=image, scene=scene, pixels=pixels)
+    out = tmp_path / "out"
+    out.mkdir()
+    renders = adapter.render(textured, out, Quality(seeds=(0, 1, 2)))
+    assert [each.seed for each in renders] == [0, 1, 2]
+    for each in renders:
+        assert read_picture(each.image).pixels == pytest.approx(0.25, abs=1e-4)
+
+
+def test_a_configured_renderer_names_its_layer(tmp_path: Path) -> None:
+    names = ("A.R", "A.G", "A.B", "B.R", "B.G", "B.B")
+    scene, out = read_scene("texture/uneven_quad"), tmp_path / "out"
+    out.mkdir()
+    with pytest.raises(RendererError, match=r"several layers(.|\n)*A \(R, G, B\); B \(R, G, B\)(.|\n)*layer = "):
+        drawer(tmp_path, names, "float").render(scene, out, Quality(seeds=(0,)))
+    (made,) = drawer(tmp_path, names, "float", layer="B").render(scene, out, Quality(seeds=(0,)))
+    assert (read_picture(made.image).pixels == 0.25).all()
+
+
+def test_files_have_a_layer_too(tmp_path: Path) -> None:
+    import OpenImageIO
+
+    path = tmp_path / "pictures" / "calibration" / "card.exr"
+    path.parent.mkdir(parents=True)
+    (tmp_path / "out").mkdir()
+    spec = OpenImageIO.ImageSpec(4, 4, 6, OpenImageIO.FLOAT)
+    spec.channelnames = ("A.R", "A.G", "A.B", "B.R", "B.G", "B.B")
+    target = OpenImageIO.ImageOutput.create(str(path))
+    assert target.open(str(path), spec)
+    assert target.write_image(np.tile(np.float32([0, 0, 0, 1, 2, 3]), (4, 4, 1)))
+    assert target.close()
+    scene = read_scene("calibration/card")
+    with pytest.raises(RendererError, match="several layers"):
+        configured("mine", table(tmp_path, files="pictures"), {}).render(scene, tmp_path / "out", Quality())
+    (made,) = configured("mine", table(tmp_path, files="pictures", layer="B"), {}).render(
+        scene, tmp_path / "out", Quality()
+    )
+    assert read_picture(made.image).pixels[0, 0].tolist() == [1.0, 2.0, 3.0]
+
+
+def test_a_radiance_file_is_declared_as_it_is() -> None:
+    declared = configured("mine", table(**GOOD, image="hdr"), {}).declaration(Quality())
+    assert (declared.quantum, declared.relative_quantum, declared.shared_exponent) == (2.0**-7, True, True)
+    assert not configured("mine", table(**GOOD), {}).declaration(Quality()).shared_exponent

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -191,3 +192,44 @@ def test_judge_refuses_what_is_no_picture(door: Any, words: list[str], says: str
     assert door("judge", *words) == 2
     assert says in door.stderr
     assert "Traceback" not in door.stderr
+
+
+@pytest.mark.parametrize(
+    "error", [ValueError("a [red]value[/]"), MemoryError(), RecursionError("deep"), OSError(28, "full")]
+)
+def test_a_defect_of_ours_is_no_bug_of_a_renderer(
+    error: Exception, door: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr("notabug.listing.command", fail)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    assert door("list") == ExitCode.INTERNAL == 70
+    assert door.stderr.count("\n") == 1
+    assert f"internal error: {type(error).__name__}: {error}" in door.stderr
+    (saved,) = tmp_path.glob("notabug-*.log")
+    assert str(saved) in door.stderr
+    assert "Traceback" in saved.read_text()
+
+
+def test_where_no_trace_can_be_saved_it_is_printed(door: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("notabug.listing.command", lambda *_: 1 / 0)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "gone"))
+    assert door("list") == ExitCode.INTERNAL
+    assert "Traceback" in door.stderr
+
+
+def test_a_cache_that_cannot_be_is_a_usage_error(tmp_path: Path) -> None:
+    write_exr(tmp_path / "a.exr", np.zeros((4, 4, 3)))
+    words = ["judge", str(tmp_path / "a.exr"), "--scene", "terminator/sphere"]
+    done = subprocess.run(
+        [sys.executable, "-m", "notabug", *words],
+        env={**os.environ, "NOTABUG_CACHE": "/dev/null/x"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2, done.stderr
+    assert "the cache cannot be written to" in done.stderr
+    assert done.stderr.count("\n") == 1

@@ -46,8 +46,6 @@ def run(door: Any, pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -
     """pytest with the plug-in, over the renderers and the judge of ``door``."""
     monkeypatch.setattr(notabug.pytest_session, "adapters", lambda: dict(sorted(door.renderers.items())))
 
-    monkeypatch.setattr(notabug.pytest_session, "judge", door.judge)
-
     def run(*words: str) -> pytest.RunResult:
         return pytester.runpytest_inprocess(*PLUGIN, *words)
 

@@ -230,3 +230,31 @@ def test_intent(split: str) -> None:
     assert quad.uv is not None
     np.testing.assert_array_equal(meant.uv, quad.uv)
     assert intended.materials[meant.material].texture == 0
+
+
+def test_an_opaque_rgba_texture_is_one_without_alpha(write: Write, tmp_path: Path, png: Callable[..., bytes]) -> None:
+    path = write(('sourceColorSpace = "raw"', 'sourceColorSpace = "auto"'))
+    texels = np.arange(12, dtype=np.uint8).reshape(4, 3) * 20
+    rgba = np.concatenate([texels, np.full((4, 1), 255, np.uint8)], axis=1)
+    (tmp_path / "picture.png").write_bytes(png(rgba.tobytes(), 2, 2, kind=6))
+    (texture,) = read_scene(path).textures
+    np.testing.assert_array_equal(texture.pixels, decode_srgb(texels.reshape(2, 2, 3) / 255))
+    assert texture.colour_space == "sRGB", "UsdPreviewSurface: eight bits of three or four channels"
+
+
+def test_a_texture_fills_the_display_window_of_its_file(write: Write, tmp_path: Path) -> None:
+    """As in OpenImageIO's texture system: what the data window leaves out is black, what goes beyond is not shown."""
+    import OpenImageIO
+
+    path = write(("picture.png", "picture.exr"))
+    texels = np.arange(1, 13, dtype=np.float32).reshape(2, 2, 3) / 16
+    for left, shown in ((1, [[0, 1], [0, 3]]), (-1, [[2, 0], [4, 0]])):
+        spec = OpenImageIO.ImageSpec(2, 2, 3, OpenImageIO.FLOAT)
+        spec.x, spec.full_width, spec.full_height = left, 2, 2
+        target = OpenImageIO.ImageOutput.create(str(tmp_path / "picture.exr"))
+        assert target.open(str(tmp_path / "picture.exr"), spec)
+        assert target.write_image(texels)
+        assert target.close()
+        (texture,) = read_scene(path).textures
+        by_number = np.concatenate([np.zeros((1, 3)), texels.reshape(4, 3)])
+        np.testing.assert_array_equal(texture.pixels, by_number[np.array(shown)])
