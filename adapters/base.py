@@ -45,7 +45,7 @@ class Declaration:
     quantum : the step of the output's encoding at 1.0 (1/65535 for 16-bit integers, 2**-11 relative for half floats).
     relative_quantum : True where the step scales with the value (floating-point output).
     white : the largest value that the output can hold: 1 in integer formats.
-    noisy : True where another seed gives another picture.
+    noisy : True where another seed gives another picture, False where it does not, None where that is unknown.
     samples : of a pixel in one picture; 0 where that is unknown.
     ngon_split : the diagonal by which n-gons are cut before the renderer sees them: ``02`` joins corner 0 and 2;
         "" where n-gons keep their bilinear map; ``unknown`` for a picture of unknown making.
@@ -75,7 +75,7 @@ class Declaration:
     radius: float
     quantum: float
     relative_quantum: bool
-    noisy: bool
+    noisy: bool | None
     ngon_split: Literal["", "02", "13", "unknown"] = ""
     silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
     depth: Literal["", "fixed16", "fixed24", "float32", "reversed32"] = ""

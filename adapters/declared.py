@@ -35,15 +35,15 @@ CAPABILITIES = frozenset(
 
 
 def declaration(table: Table, *, ngon_split: str) -> Declaration:
-    """The table's Declaration; what it does not say is unknown, precision float32, and without noise."""
+    """The table's Declaration; what it does not say is unknown, and precision float32."""
     fallback: dict[str, Any] = {each.name: each.default for each in fields(Declaration)}
-    fallback |= {"precision": "float32", "filter": "unknown", "noisy": False, "ngon_split": ngon_split}
+    fallback |= {"precision": "float32", "filter": "unknown", "noisy": None, "ngon_split": ngon_split}
     said: dict[str, Any] = {}
     for name, hint in _HINTS.items():
         if get_origin(hint) is Literal:
             said[name] = settings.choice(table, name, fallback[name], get_args(hint))
-        elif hint is bool:
-            said[name] = settings.flag(table, name, fallback[name])
+        elif hint in (bool, bool | None):
+            said[name] = settings.flag(table, name, False) if name in table.values else fallback[name]
     said["samples"] = settings.whole(table, "samples", 0, 0, 1 << 20)
     said["radius"] = settings.number(table, "radius", RADIUS[said["filter"]], 0.0, 16.0)
     said["hit_error"] = settings.number(table, "hit_error", fallback["hit_error"], -1.0, 1.0)

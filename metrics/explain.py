@@ -20,7 +20,7 @@ from notabug.metrics.channels import largest, pixels, put, total
 from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import Nuisance, nuisance
-from notabug.metrics.significance import BUDGET, Significance, significance
+from notabug.metrics.significance import Significance, significance
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
@@ -72,9 +72,7 @@ class Explanation:
     @property
     def severity(self) -> float:
         """How near the picture is to being called a bug: from 1 on it is one. It only ranks pictures."""
-        found = self.significance
-        near, away = np.count_nonzero(found.pixels) / (BUDGET + 1), float(found.away)
-        return max(near, away, float(found.tiles.sum()), *self.nuisance.severity)
+        return max(self.significance.severity, *self.nuisance.severity)
 
 
 def choices(models: Sequence[Model]) -> tuple[Model, ...]:
@@ -153,15 +151,13 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Expla
     value = put(base.value, at, start + share[:, None] * v)
     edge = base.edge | limited.edge
     ends = np.flatnonzero(edge)
-    target = Admissible(
+    target = replace(
+        base,
         value=value,
         lo=put(value, ends, np.minimum(pixels(base.lo, ends), pixels(limited.lo, ends))),
         hi=put(value, ends, np.maximum(pixels(base.hi, ends), pixels(limited.hi, ends))),
         tau=put(base.tau, at, np.maximum(pixels(base.tau, at), pixels(limited.tau, at))),
         edge=edge,
-        share=base.share,
-        share_is_point=base.share_is_point,
-        widened=base.widened,
     )
     # a pixel's alpha counts by the share of its footprint that the artifact can take, so no filter moves the area
     area = np.zeros(within.shape)
@@ -211,7 +207,7 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Expla
     lo = np.where(at, np.minimum.reduce([each for each, _ in reaches]), np.where(within[..., None], value, base.lo))
     hi = np.where(at, np.maximum.reduce([each for _, each in reaches]), np.where(within[..., None], value, base.hi))
     tau = np.where(within[..., None], np.maximum.reduce([each.tau for each in everything]), base.tau)
-    target = Admissible(value, lo, hi, tau, edge, base.share, base.share_is_point, base.widened)
+    target = replace(base, value=value, lo=lo, hi=hi, tau=tau, edge=edge)
     length = np.sqrt(total((values[0].value - base.value) ** 2))
     return target, alpha, within, float(length[within].sum() / within.size)
 

@@ -126,7 +126,7 @@ def declare(
         quantum=coarsest.quantum * (SRGB_SLOPE if srgb else 1.0),
         relative_quantum=coarsest.relative_quantum,
         white=math.inf if coarsest.relative_quantum else 1.0,
-        noisy=len(pictures) > 1 if noisy is None else noisy,
+        noisy=(True if len(pictures) > 1 else None) if noisy is None else noisy,
         samples=samples,
         ngon_split="unknown",
         coincident="unknown",
