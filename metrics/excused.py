@@ -61,8 +61,7 @@ def crowded(wrong: Bools) -> Bools:
 
 
 def _usual(wrong: Bools, mean: Floats, to: Admissible) -> Bools:
-    """Where (h, w) ``mean`` is off by no more than stray samples weigh, and no brighter than what pixels around may show:
-    unlit, or lit as they are."""
+    """Where (h, w) ``mean`` is off by no more than stray samples weigh, and no brighter than pixels around may be."""
     high = np.where(spread(wrong), to.hi, np.maximum(to.hi, mean))
     for _ in range(AROUND):
         high = extreme(high, np.maximum)

@@ -383,12 +383,24 @@ def explain(
             best = found
     if enough:  # dots may fill a facet as well: the models that could explain the least else
         return replace(min(enough, key=lambda each: each.freedom), before=bare.significance.z)
-    for each in models:  # some act only beside others: the folds of a mesh that stands for a smooth one
-        if each not in (*useful, *best.models) and len(best.models) < LARGEST_SET and _helps(best, each, predict):
-            found = fit(measured, (*best.models, each), predict)
+    enlarged = _beside(measured, best, predict, [each for each in models if each not in useful])
+    declared = habits(models)
+    if enlarged is None and declared and declared != best.models:  # whose effect alone may be that more is wrong
+        enlarged = _beside(measured, fit(measured, declared, predict), predict, models)
+    return replace(enlarged or best, before=bare.significance.z)
+
+
+def _beside(measured: Measured, start: Explanation, predict: Predict, some: Sequence[Model]) -> Explanation | None:
+    """The models of ``start`` and one of ``some`` that leave nothing to be explained, or None.
+
+    Some act only beside others: the folds of a mesh that stands for a smooth one, facets that shadow a silhouette.
+    """
+    for each in some:
+        if each not in start.models and len(start.models) < LARGEST_SET and _helps(start, each, predict):
+            found = fit(measured, (*start.models, each), predict)
             if not found.triggers:
-                return replace(found, before=bare.significance.z)
-    return replace(best, before=bare.significance.z)
+                return found
+    return None
 
 
 def _nearer(

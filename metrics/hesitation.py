@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import Admissible, residual
+from notabug.metrics.admissible import ABSOLUTE, LSB, RELATIVE, Admissible, residual
 from notabug.metrics.channels import largest, pixels, spread
 from notabug.metrics.excused import excused
 from notabug.metrics.explain import Explanation, Predict, support
@@ -31,6 +31,7 @@ BLIND = 3.0  # standard errors of a tile's mean that must fit into the tolerance
 UNTELLABLE = 0.25  # share of the lit pixels where no epsilon helps, beyond which acne is neither right nor wrong
 # Of the range that subsamples find: on an even slope 4 x 4 regular ones miss a sixth at either end, on a bend more.
 MISSED = 0.25
+REGULAR = 16.0 / 15.0  # times the variance of 4 x 4 regular subsamples of an even slope is that of all places
 CHANCE = 1e-6  # of noise to go as far as a bound allows, anywhere in a picture
 BRANCHES = 3  # the surface, its mirror ray and its refracted ray: a renderer may follow one of them, and weigh it so
 
@@ -99,25 +100,36 @@ def may_be_noise(
         return False
     smooth = spread(~found.target.edge)
     off = residual(measured.mean, found.target) * smooth
-    width, tau = (most - least + 2.0 * margin) * smooth, found.target.tau * smooth
+    # what a grid of subsamples may miss, which a pixel's tolerance holds, cancels over many pixels as noise does
+    value = np.abs(found.target.value)
+    quantum = declaration.quantum * (value if declaration.relative_quantum else 1.0)
+    tau = (RELATIVE * value + ABSOLUTE * float(value.max(initial=0.0)) + LSB * quantum) * smooth
     shared = max(1.0, (2.0 * declaration.radius) ** 2)  # pixels that a sample counts for
-    samples = max(1, declaration.samples)
-    power = off**2 - variance * smooth / samples - tau**2
-    return _cancels(off, tau, width**2 * shared / samples) and _cancels(power, np.zeros_like(tau), width**4 * shared)
+    variance = REGULAR * variance * smooth / max(1, declaration.samples)
+    square = ((1.0 + 2.0 * MISSED) * (most - least) * smooth) ** 2
+    return _cancels(np.abs(_sums(off)), _sums(tau), _sums(variance) * shared, float(square.max()) ** 0.5 * shared) and (
+        # a square of that mean is off its own by no more variance than the largest square times the mean
+        _cancels(
+            _sums(off**2), _sums(variance + tau**2), _sums(square * variance) * shared, float(square.max()) * shared
+        )
+    )
 
 
-def _cancels(off: Floats, allowed: Floats, squares: Floats) -> bool:
-    """Whether sums of ``off`` (h, w, 3) over tiles and over the picture are as near to nothing as chance has it.
+def _sums(values: Floats) -> Floats:
+    """The sums (n, 3) of ``values`` (h, w, 3) over tiles, and over the picture."""
+    summed = tiles(np.asarray(values, np.float64)).reshape(-1, 3)
+    return np.concatenate([summed, summed.sum(axis=0, keepdims=True)])
 
-    Hoeffding 1963, "Probability inequalities for sums of bounded random variables", theorem 2: independent values, each
-    in a range whose square is in ``squares``, deviate by t in sum with a chance of at most exp(-2 t^2 / sum squares).
-    Beside it the sum may be off by as much as is ``allowed``.
+
+def _cancels(off: Floats, mean: Floats, variance: Floats, largest: float) -> bool:
+    """Whether sums ``off`` (n, 3) exceed their ``mean`` by no more than chance has it anywhere in the picture.
+
+    Boucheron, Lugosi and Massart 2013, Concentration Inequalities, theorem 2.10, Bernstein's inequality: a sum of
+    independent values of that ``variance``, each at most ``largest``, exceeds its mean by sqrt(2 v t) + c t, where c is
+    a third of the largest value, with a chance of at most exp(-t).
     """
-    sums = [tiles(np.asarray(each, np.float64)) for each in (off, allowed, squares)]
-    tests = 2.0 * (sums[0].size + 3)
-    bound = 0.5 * math.log(tests / CHANCE)
-    whole = [each.sum(axis=(0, 1)) for each in sums]
-    return all(bool((np.abs(by) <= most + np.sqrt(bound * square)).all()) for by, most, square in (sums, whole))
+    t = math.log(2.0 * off.size / CHANCE)
+    return bool((off <= mean + np.sqrt(2.0 * variance * t) + largest / 3.0 * t).all())
 
 
 def _one_sample(found: Explanation, reference: Admissible, scene: Scene) -> tuple[Floats, Floats, Floats]:
