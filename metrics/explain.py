@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import Admissible, residual
+from notabug.metrics.admissible import MISSED, Admissible, residual
 from notabug.metrics.channels import largest, pixels, put, total
 from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import Measured
@@ -178,7 +178,8 @@ def _nothing(base: Admissible) -> Explained:
 def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
     """The admissible set where each sample takes the value of ``base`` or one of ``values``: as in ``_segment``.
 
-    At pixel centres the picture must take one of the values; where samples are averaged, anything between them.
+    At pixel centres the picture must take one of the values, and so must every seed's that has one sample a pixel;
+    where samples are averaged, anything between them.
     """
     within = support(base, values[0])
     for each in values[1:]:
@@ -188,7 +189,8 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Expla
     if not base.share_is_point:
         lo = np.minimum.reduce([each.lo for each in everything])
         hi = np.maximum.reduce([each.hi for each in everything])
-        value = np.where(within[..., None], np.clip(measured.mean, lo, hi), base.value)
+        taken = np.clip(measured.mean, lo, hi) if measured.singles is None else _taken(measured.singles, everything)
+        value = np.where(within[..., None], taken, base.value)
         off = largest(np.abs(value - base.value))
         reach = largest(np.maximum(hi - base.value, base.value - lo))
         alpha = np.where(within, np.clip(off / np.maximum(reach, 1e-30), 0.0, 1.0), 0.0)
@@ -201,7 +203,7 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Expla
             alpha = np.where(better, 1.0, alpha)
             distance = np.where(better, nearer, distance)
     edge = base.edge | np.logical_or.reduce([each.edge & within for each in values])
-    at = (edge & within)[..., None]
+    at = (edge & within & (measured.singles is None))[..., None]
     # where one shows the darker half of a pixel's samples and the other the brighter one, all may be bright
     reaches = [each.samples or (each.lo, each.hi) for each in everything]
     lo = np.where(at, np.minimum.reduce([each for each, _ in reaches]), np.where(within[..., None], value, base.lo))
@@ -210,6 +212,25 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Expla
     target = replace(base, value=value, lo=lo, hi=hi, tau=tau, edge=edge)
     length = np.sqrt(total((values[0].value - base.value) ** 2))
     return target, alpha, within, float(length[within].sum() / within.size)
+
+
+def _taken(singles: Floats, values: Sequence[Admissible]) -> Floats:
+    """The mean (h, w, 3) of the seeds' ``singles`` (n, h, w, 3), each moved to what one sample of the nearest of
+    ``values`` may show."""
+    moved = np.zeros(singles.shape[1:])
+    for each in singles:
+        least = np.full(each.shape[:2], np.inf)
+        nearest = np.zeros(each.shape)
+        for value in values:
+            assert value.sampled is not None
+            low, high, _ = value.sampled
+            missed = MISSED * (high - low)
+            inside = np.clip(each, low - missed, high + missed)
+            distance = total(np.abs(each - inside))
+            nearest = np.where((distance < least)[..., None], inside, nearest)
+            least = np.minimum(distance, least)
+        moved += nearest
+    return np.asarray(moved / len(singles))
 
 
 def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
@@ -286,17 +307,20 @@ def _grained(
 
     A half-dark band, a black blot and another light are no acne. In a mean over many samples dots are small deviations,
     but still deviations; in blots neighbours deviate alike, and under another light half of all pixels do as those
-    around them: where alpha holds ``shares``, not only 0 and 1.
+    around them. Where alpha holds no ``shares``, only 0 and 1, the relative deviation is the share.
     """
     from scipy import ndimage
 
     found = explained(measured, base, *values)
     _, alpha, within, _ = found
+    if not shares:
+        bright = np.maximum(largest(np.abs(base.value)), largest(base.tau))
+        alpha = np.where(within, np.minimum(largest(np.abs(measured.mean - base.value)) / bright, 1.0), 0.0)
     count = np.maximum(ndimage.uniform_filter(within.astype(np.float64), 5, mode="constant"), 1e-9)
     off = np.where(within, alpha - ndimage.uniform_filter(alpha * within, 5, mode="constant") / count, 0.0)
     power = float((off**2).sum())
     dots = np.abs(off[_off(measured, base, within)])
-    rough = not shares or not dots.size or float(np.median(dots)) > LEAST_GRAIN
+    rough = not dots.size or float(np.median(dots)) > LEAST_GRAIN
     if not rough or power <= LEAST_GRAIN**2 * float((within & (alpha > 0)).sum()):
         return _nothing(base)
     alike = 0.5 * float((off[:, 1:] * off[:, :-1]).sum() + (off[1:] * off[:-1]).sum())

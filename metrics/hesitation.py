@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import ABSOLUTE, LSB, RELATIVE, Admissible, residual
+from notabug.metrics.admissible import ABSOLUTE, LSB, MISSED, RELATIVE, Admissible, residual
 from notabug.metrics.channels import largest, pixels, spread
 from notabug.metrics.excused import excused
 from notabug.metrics.explain import Explanation, Predict, support
@@ -29,8 +29,6 @@ Floats = npt.NDArray[np.floating]
 
 BLIND = 3.0  # standard errors of a tile's mean that must fit into the tolerance, or the picture is too noisy to judge
 UNTELLABLE = 0.25  # share of the lit pixels where no epsilon helps, beyond which acne is neither right nor wrong
-# Of the range that subsamples find: on an even slope 4 x 4 regular ones miss a sixth at either end, on a bend more.
-MISSED = 0.25
 REGULAR = 16.0 / 15.0  # times the variance of 4 x 4 regular subsamples of an even slope is that of all places
 CHANCE = 1e-6  # of noise to go as far as a bound allows, anywhere in a picture
 BRANCHES = 3  # the surface, its mirror ray and its refracted ray: a renderer may follow one of them, and weigh it so

@@ -76,7 +76,7 @@ def judge(
     wrong = invalid(pictures, scene.height, scene.width)
     if wrong is not None:
         return _refused(wrong, pictures, reference)
-    measured = measure(pictures, reference.edge)
+    measured = measure(pictures, reference.edge, declaration.samples if declaration.filter in ("point", "box") else 0)
     moved = leeway(scene, bare) if suspected(measured, bare, reference, declaration) else None
     if moved is not None:
         reference = admissible(bare, declaration, tolerance, leeway=moved)

@@ -27,6 +27,7 @@ class Measured:
     freedom: float
     kappa: float
     seeds: int
+    singles: Floats | None = None  # (seeds, h, w, 3) every picture, where each has one sample a pixel
 
     @property
     def noisy(self) -> bool:
@@ -43,8 +44,10 @@ def tiles(values: Floats, side: int = TILE) -> Floats:
     return values
 
 
-def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured:
+def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_], samples: int = 0) -> Measured:
     """The mean and pooled variance of ``pictures``; at ``edge`` pixels the larger of pooled and own variance.
+
+    ``samples`` are those of a pixel in each picture, 0 where that is unknown.
 
     Variances are pooled over 5 x 5 pixels, which gives 12.5 (K - 1) degrees of freedom: few seeds often agree exactly
     by chance, and an unpooled variance would then make any residual significant. Filters that spread a sample over
@@ -68,4 +71,5 @@ def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured
     within = tiles(own) / count**2
     kappa = max(1.0, float(between.sum() / within.sum())) if within.sum() > 0 else 1.0
     freedom = 12.5 * (seeds - 1) / max(1.0, kappa / 2.0)
-    return Measured(mean, np.maximum(variance, 0.0), freedom, kappa, seeds)
+    singles = np.asarray(pictures, np.float32) if samples == 1 else None  # the stack holds deviations by now
+    return Measured(mean, np.maximum(variance, 0.0), freedom, kappa, seeds, singles)
