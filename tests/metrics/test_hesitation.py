@@ -142,3 +142,26 @@ def test_a_nearest_texture_is_no_noise(studio: Any, name: str, filter_name: Any,
     verdict = studio.verdict([picture], scene, replace(declaration, ngon_split="", texture_filter="bilinear"))
     print(f"\n{name} {filter_name}: {verdict.word} {verdict.numbers['bug_pixels']:.0f} pixels")
     assert verdict.word == "bug"
+
+
+# --- naming never changes the word -----------------------------------------------------------------------------------
+
+PICTURES = {
+    "right": lambda e, rng: e.point,
+    "dark specks": lambda e, rng: e.point * (rng.random((*e.ids.shape, 1)) > 0.1),
+    "noise of a fifth": lambda e, rng: e.point * rng.uniform(0.8, 1.2, (*e.ids.shape, 1)),
+    "a gain of a tenth": lambda e, rng: 1.1 * e.point,
+    "upside down": lambda e, rng: e.point[::-1],
+    "black": lambda e, rng: np.zeros_like(e.point),
+}
+
+
+@pytest.mark.parametrize("noisy", STATES)
+@pytest.mark.parametrize("name", PICTURES)
+def test_what_a_bug_is_called_has_no_say_in_the_word(studio: Any, name: str, noisy: str) -> None:
+    scene = replace(studio.scene("acne/sphere"), width=48, height=48)
+    picture = PICTURES[name](predict(scene), np.random.default_rng(2))
+    for declaration in (replace(BOX, filter="unknown", radius=2.0), replace(BOX, filter="point", radius=0.0)):
+        declaration = replace(declaration, noisy=STATES[noisy])
+        words = {studio.verdict([picture], scene, declaration, naming=each).word for each in (True, False)}
+        assert len(words) == 1
