@@ -47,7 +47,7 @@ class Declaration:
     relative_quantum : True where the step scales with the value (floating-point output).
     shared_exponent : True where the step scales with the largest channel of the pixel, and may be lost whole (RGBE).
     white : the largest value that the output can hold: 1 in integer formats.
-    noisy : True where another seed gives another picture.
+    noisy : True where another seed gives another picture, False where it does not, None where that is unknown.
     samples : of a pixel in one picture; 0 where that is unknown.
     ngon_split : how n-gons are cut before the renderer sees them: ``02`` joins corner 0 and 2, ``13`` corner 1 and 3,
         ``shorter`` the nearer pair; ``fan`` makes a fan from the first corner whatever the face's shape;
@@ -96,7 +96,7 @@ class Declaration:
     radius: float
     quantum: float
     relative_quantum: bool
-    noisy: bool
+    noisy: bool | None
     ngon_split: Literal["", "02", "13", "shorter", "fan", "unknown"] = ""
     silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
     depth: Literal["", "fixed16", "fixed24", "float32", "reversed32", "unknown"] = ""

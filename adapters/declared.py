@@ -32,7 +32,7 @@ CAPABILITIES = frozenset(
 
 # What a table's renderer does where the table does not say: as the contract has it, or as far as that differs from
 # renderer to renderer, unknown. Of a picture of unknown making everything is.
-_OF_A_TABLE: dict[str, Any] = {"precision": "float32", "filter": "unknown", "noisy": False, "bounces": -1}
+_OF_A_TABLE: dict[str, Any] = {"precision": "float32", "filter": "unknown", "noisy": None, "bounces": -1}
 _OF_A_PICTURE = {
     name: "unknown"
     for name, hint in _HINTS.items()
@@ -42,7 +42,7 @@ _MOST = {"bounces": 8, "samples": 1 << 20, "radius": 16.0, "hit_error": 1.0, "ep
 
 
 def declaration(table: Table, *, ngon_split: str) -> Declaration:
-    """The table's Declaration; what it does not say is unknown, precision float32, and without noise."""
+    """The table's Declaration; what it does not say is unknown, and precision float32."""
     fallback: dict[str, Any] = {each.name: each.default for each in fields(Declaration)}
     fallback |= {**_OF_A_TABLE, "ngon_split": ngon_split}
     fallback["shadows"] = "cast" if "shadows" in (capabilities(table) or CAPABILITIES) else "none"
@@ -63,8 +63,8 @@ def _value(table: Table, name: str, fallback: Any) -> Any:
     hint = _HINTS[name]
     if get_origin(hint) is Literal:
         return settings.choice(table, name, fallback, get_args(hint))
-    if hint is bool:
-        return settings.flag(table, name, fallback)
+    if hint in (bool, bool | None):
+        return settings.flag(table, name, False) if name in table.values else fallback
     least = -1 if name in ("bounces", "hit_error", "epsilon") else 0
     if hint is int:
         return settings.whole(table, name, fallback, least, int(_MOST[name]))
@@ -98,7 +98,7 @@ def said(words: Sequence[str]) -> dict[str, Any]:
 
 def _typed(hint: Any, text: str) -> Any:
     """``text`` as the value that it would be in a table; left as it is where it is none of the kind."""
-    if hint is bool:
+    if hint in (bool, bool | None):
         return {"true": True, "false": False}.get(text.lower(), text)
     if text == "unknown" and hint in (int, float):
         return -1
@@ -117,7 +117,7 @@ def declarations() -> list[dict[str, str]]:
             " ".join(each or '""' for each in get_args(hint))
             if get_origin(hint) is Literal
             else "true false"
-            if hint is bool
+            if hint in (bool, bool | None)
             else f"{least} to {_MOST[name]:g}"
         )
         default = _OF_A_PICTURE.get(name, _OF_AN_OPTION.get(name, ""))

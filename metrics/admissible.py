@@ -11,6 +11,8 @@ import numpy.typing as npt
 from notabug.adapters.base import Declaration
 from notabug.metrics.channels import largest, pixels, put
 from notabug.metrics.neighbours import Bools, extreme, laplacian, weighed, widened
+from notabug.metrics.noise import Measured
+from notabug.metrics.valid import finite
 from notabug.references.tracer.envelope import Envelope, changes
 
 Floats = npt.NDArray[np.floating]
@@ -23,12 +25,18 @@ DARK = 1e-9  # the brightest value of a picture that is black
 # On the tuning split at 64 x 64, 832 clean pictures: 0.02 of the pixel's own range 82 false alarms, this 1.
 GRID = 0.2
 # Of an edge's step: in clean pictures of every scene, 64 x 64, by box, tent and Gaussian, 0.146 at most. With fewer
-# samples than these it may be half of it. A shadow's edge is none of these: at a grazing light a renderer's epsilon
-# moves it by more than a pixel.
+# samples than these it may be half of it. A shadow's edge may move by a reasonable epsilon as well: see leeway.py.
 EDGE, ENOUGH = 0.19, 16
 # Of the mean of random samples less, as their noise allows for the rest: in 3,780 clean pictures of the tuning split
 # 0.05 gave 47 false alarms, all at 64 samples or more.
 RANDOM_EDGE = 0.1
+# Of a pixel's footprint: where less of it is unlike its centre, no edge is within a quarter of a pixel of the centre. A
+# rasteriser's grid of 1/16 pixel moves an edge by a thirty-second, but a thin wire that is gone by half its width.
+SIDE = 0.25
+# Of the range that subsamples find: on an even slope 4 x 4 regular ones miss a sixth at either end, on a bend more.
+MISSED = 0.25
+SUSPICIOUS = 2.0  # standard errors, from which on it is looked at closer
+STRAY = 2  # samples of a pixel that last bits may lead astray
 LSB = 0.55  # a rounded value is off by half a step, and a little for a rounding error before it
 CUT = 1.05  # of a step: Ward's RGBE cuts what does not fit, others round
 
@@ -50,10 +58,28 @@ class Admissible:
     share_is_point: bool = False  # one sample a pixel, at its centre
     widened: float = 0.0  # by how much the filter's variance exceeds that of the pixel
     samples: tuple[Floats, Floats] | None = None  # (h, w, 3) least and most of single samples, where lo, hi are nearer
+    sampled: tuple[Floats, Floats, Floats] | None = None  # least and most of one random sample, and its variance
+    stray: float = 1.0  # share of a pixel's samples that last bits may lead astray
 
 
-def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = RELATIVE) -> Admissible:
-    """What ``envelope`` admits for pictures of a renderer that declares its pixel filter and its output's precision."""
+def reckonable(envelope: Envelope) -> bool:
+    """Whether a picture can be held against ``envelope``: a NaN or an infinity would win or hide every comparison."""
+    return all(bool(finite(each).all()) for each in (envelope.point, envelope.mean, envelope.lo, envelope.hi))
+
+
+def admissible(
+    envelope: Envelope,
+    declaration: Declaration,
+    tolerance: float = RELATIVE,
+    peak: float = math.inf,
+    leeway: Floats | None = None,
+) -> Admissible:
+    """What ``envelope`` admits for pictures of a renderer that declares its pixel filter and its output's precision.
+
+    ``peak`` is the brightest value of the reference: a hypothesis with a brighter one is given no wider tolerance for
+    it everywhere else. ``leeway`` (h, w, 3) is by how much the edges of shadows may be lit;
+    None: not at all.
+    """
     point = declaration.filter == "point"
     value: Floats = envelope.point if point else envelope.mean
     reach = math.ceil(declaration.radius)
@@ -67,27 +93,44 @@ def admissible(envelope: Envelope, declaration: Declaration, tolerance: float = 
         value = filtered(value, reach_of_filter)
     if math.isfinite(declaration.white):
         value, lo, hi = (np.minimum(each, declaration.white) for each in (value, lo, hi))
-    tau = tolerance * np.abs(value) + ABSOLUTE * max(float(value.max(initial=0.0)), DARK)
+    tau = tolerance * np.abs(value) + ABSOLUTE * max(min(float(value.max(initial=0.0)), peak), DARK)
     tau += _rounded(declaration, value, hi)
     samples = None
+    sampled = (lo, hi, envelope.variance if declaration.filter == "box" else (hi - lo) ** 2 / 4.0)  # at most: Popoviciu
     if not point:
         inside = np.maximum(envelope.hi - envelope.lo - slope(envelope.mean), 0.0)
         inside[envelope.edge] = 0.0
         tau += GRID * extreme(extreme(inside, np.maximum), np.maximum)
         if declaration.filter != "unknown" and declaration.samples >= ENOUGH:
             share = RANDOM_EDGE if declaration.noisy else EDGE
-            span, cast = hi - lo, edges(envelope, reach, cast=True)
+            span, samples = hi - lo, (lo, hi)
             slack = share * span
-            slack[cast] = span[cast]
-            samples = (lo, hi)
             lo, hi = np.maximum(lo, value - slack), np.minimum(hi, value + slack)
+            if leeway is not None:
+                cast = np.flatnonzero(edges(envelope, reach, cast=True))
+                hi = put(hi, cast, pixels(hi, cast) + pixels(leeway, cast))
     if declaration.filter not in ("point", "box"):
         bend = extreme(largest(np.abs(laplacian(value))), np.maximum)
         tau += 0.15 * np.where(edge, 0.0, bend)[..., None]
     spared = envelope.spared_point if point else envelope.spared
     at = np.flatnonzero(edge)
     lo, hi = (put(value, at, pixels(each, at)) for each in (lo, hi))
-    return Admissible(value, lo, hi, tau, edge, spared, point, reach_of_filter, samples)
+    stray = 1.0 if point or not declaration.samples else min(1.0, STRAY / declaration.samples)
+    if point:
+        slack = EDGE * (hi - lo)
+        clear = beside_centre(envelope) < SIDE
+        lo, hi = (
+            np.where(clear[..., None], which(each, value + sign * slack), each)
+            for each, which, sign in ((lo, np.maximum, -1.0), (hi, np.minimum, 1.0))
+        )
+        sampled = (lo, hi, np.zeros_like(value))
+    return Admissible(value, lo, hi, tau, edge, spared, point, reach_of_filter, samples, sampled, stray)
+
+
+def beside_centre(envelope: Envelope) -> Floats:
+    """The share (h, w) of each pixel's footprint that shows something else than its centre."""
+    span = largest(envelope.hi - envelope.lo)
+    return np.asarray(largest(np.abs(envelope.mean - envelope.point)) / np.maximum(span, 1e-30))
 
 
 def _rounded(declaration: Declaration, value: Floats, hi: Floats) -> Floats | float:
@@ -140,6 +183,18 @@ def edges(envelope: Envelope, reach: int, *, cast: bool = False) -> Bools:
     """Pixels whose id changes inside them or towards a neighbour, widened by ``reach`` pixels; ``cast``: of shadows."""
     found = (envelope.cast if cast else envelope.edge) | changes(envelope.ids, cast=cast)
     return widened(found, reach)
+
+
+def suspected(measured: Measured, envelope: Envelope, to: Admissible, declaration: Declaration) -> bool:
+    """Whether a picture is brighter at the edge of a shadow than ``to`` admits, which knows of no epsilon.
+
+    ``to`` must be that of the same ``envelope``. An epsilon is told from subsamples only where enough are taken.
+    """
+    if to.samples is None:
+        return False
+    cast = np.flatnonzero(edges(envelope, math.ceil(declaration.radius), cast=True))
+    mean, hi, tau, variance = (pixels(each, cast) for each in (measured.mean, to.hi, to.tau, measured.variance))
+    return bool((mean > hi + tau + SUSPICIOUS * np.sqrt(variance)).any())
 
 
 def residual(mean: Floats, to: Admissible) -> Floats:

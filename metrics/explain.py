@@ -15,12 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import Admissible, residual
+from notabug.metrics.admissible import MISSED, Admissible, residual
 from notabug.metrics.channels import largest, pixels, put, total
 from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import Nuisance, nuisance
-from notabug.metrics.significance import BUDGET, Significance, significance
+from notabug.metrics.significance import Significance, significance
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
@@ -72,9 +72,7 @@ class Explanation:
     @property
     def severity(self) -> float:
         """How near the picture is to being called a bug: from 1 on it is one. It only ranks pictures."""
-        found = self.significance
-        near, away = np.count_nonzero(found.pixels) / (BUDGET + 1), float(found.away)
-        return max(near, away, float(found.tiles.sum()), *self.nuisance.severity)
+        return max(self.significance.severity, *self.nuisance.severity)
 
 
 def choices(models: Sequence[Model]) -> tuple[Model, ...]:
@@ -153,15 +151,13 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Expla
     value = put(base.value, at, start + share[:, None] * v)
     edge = base.edge | limited.edge
     ends = np.flatnonzero(edge)
-    target = Admissible(
+    target = replace(
+        base,
         value=value,
         lo=put(value, ends, np.minimum(pixels(base.lo, ends), pixels(limited.lo, ends))),
         hi=put(value, ends, np.maximum(pixels(base.hi, ends), pixels(limited.hi, ends))),
         tau=put(base.tau, at, np.maximum(pixels(base.tau, at), pixels(limited.tau, at))),
         edge=edge,
-        share=base.share,
-        share_is_point=base.share_is_point,
-        widened=base.widened,
     )
     # a pixel's alpha counts by the share of its footprint that the artifact can take, so no filter moves the area
     area = np.zeros(within.shape)
@@ -182,7 +178,8 @@ def _nothing(base: Admissible) -> Explained:
 def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
     """The admissible set where each sample takes the value of ``base`` or one of ``values``: as in ``_segment``.
 
-    At pixel centres the picture must take one of the values; where samples are averaged, anything between them.
+    At pixel centres the picture must take one of the values, and so must every seed's that has one sample a pixel;
+    where samples are averaged, anything between them.
     """
     within = support(base, values[0])
     for each in values[1:]:
@@ -192,7 +189,8 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Expla
     if not base.share_is_point:
         lo = np.minimum.reduce([each.lo for each in everything])
         hi = np.maximum.reduce([each.hi for each in everything])
-        value = np.where(within[..., None], np.clip(measured.mean, lo, hi), base.value)
+        taken = np.clip(measured.mean, lo, hi) if measured.singles is None else _taken(measured.singles, everything)
+        value = np.where(within[..., None], taken, base.value)
         off = largest(np.abs(value - base.value))
         reach = largest(np.maximum(hi - base.value, base.value - lo))
         alpha = np.where(within, np.clip(off / np.maximum(reach, 1e-30), 0.0, 1.0), 0.0)
@@ -205,15 +203,34 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Expla
             alpha = np.where(better, 1.0, alpha)
             distance = np.where(better, nearer, distance)
     edge = base.edge | np.logical_or.reduce([each.edge & within for each in values])
-    at = (edge & within)[..., None]
+    at = (edge & within & (measured.singles is None))[..., None]
     # where one shows the darker half of a pixel's samples and the other the brighter one, all may be bright
     reaches = [each.samples or (each.lo, each.hi) for each in everything]
     lo = np.where(at, np.minimum.reduce([each for each, _ in reaches]), np.where(within[..., None], value, base.lo))
     hi = np.where(at, np.maximum.reduce([each for _, each in reaches]), np.where(within[..., None], value, base.hi))
     tau = np.where(within[..., None], np.maximum.reduce([each.tau for each in everything]), base.tau)
-    target = Admissible(value, lo, hi, tau, edge, base.share, base.share_is_point, base.widened)
+    target = replace(base, value=value, lo=lo, hi=hi, tau=tau, edge=edge)
     length = np.sqrt(total((values[0].value - base.value) ** 2))
     return target, alpha, within, float(length[within].sum() / within.size)
+
+
+def _taken(singles: Floats, values: Sequence[Admissible]) -> Floats:
+    """The mean (h, w, 3) of the seeds' ``singles`` (n, h, w, 3), each moved to what one sample of the nearest of
+    ``values`` may show."""
+    moved = np.zeros(singles.shape[1:])
+    for each in singles:
+        least = np.full(each.shape[:2], np.inf)
+        nearest = np.zeros(each.shape)
+        for value in values:
+            assert value.sampled is not None
+            low, high, _ = value.sampled
+            missed = MISSED * (high - low)
+            inside = np.clip(each, low - missed, high + missed)
+            distance = total(np.abs(each - inside))
+            nearest = np.where((distance < least)[..., None], inside, nearest)
+            least = np.minimum(distance, least)
+        moved += nearest
+    return np.asarray(moved / len(singles))
 
 
 def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
@@ -290,17 +307,20 @@ def _grained(
 
     A half-dark band, a black blot and another light are no acne. In a mean over many samples dots are small deviations,
     but still deviations; in blots neighbours deviate alike, and under another light half of all pixels do as those
-    around them: where alpha holds ``shares``, not only 0 and 1.
+    around them. Where alpha holds no ``shares``, only 0 and 1, the relative deviation is the share.
     """
     from scipy import ndimage
 
     found = explained(measured, base, *values)
     _, alpha, within, _ = found
+    if not shares:
+        bright = np.maximum(largest(np.abs(base.value)), largest(base.tau))
+        alpha = np.where(within, np.minimum(largest(np.abs(measured.mean - base.value)) / bright, 1.0), 0.0)
     count = np.maximum(ndimage.uniform_filter(within.astype(np.float64), 5, mode="constant"), 1e-9)
     off = np.where(within, alpha - ndimage.uniform_filter(alpha * within, 5, mode="constant") / count, 0.0)
     power = float((off**2).sum())
     dots = np.abs(off[_off(measured, base, within)])
-    rough = not shares or not dots.size or float(np.median(dots)) > LEAST_GRAIN
+    rough = not dots.size or float(np.median(dots)) > LEAST_GRAIN
     if not rough or power <= LEAST_GRAIN**2 * float((within & (alpha > 0)).sum()):
         return _nothing(base)
     alike = 0.5 * float((off[:, 1:] * off[:, :-1]).sum() + (off[1:] * off[:-1]).sum())
@@ -392,12 +412,24 @@ def explain(
             best = found
     if enough:  # dots may fill a facet as well: the models that could explain the least else
         return replace(min(enough, key=lambda each: each.freedom), before=bare.significance.z)
-    for each in models:  # some act only beside others: the folds of a mesh that stands for a smooth one
-        if each not in (*useful, *best.models) and len(best.models) < LARGEST_SET and _helps(best, each, predict):
-            found = fit(measured, (*best.models, each), predict)
+    enlarged = _beside(measured, best, predict, [each for each in models if each not in useful])
+    declared = habits(models)
+    if enlarged is None and declared and declared != best.models:  # whose effect alone may be that more is wrong
+        enlarged = _beside(measured, fit(measured, declared, predict), predict, models)
+    return replace(enlarged or best, before=bare.significance.z)
+
+
+def _beside(measured: Measured, start: Explanation, predict: Predict, some: Sequence[Model]) -> Explanation | None:
+    """The models of ``start`` and one of ``some`` that leave nothing to be explained, or None.
+
+    Some act only beside others: the folds of a mesh that stands for a smooth one, facets that shadow a silhouette.
+    """
+    for each in some:
+        if each not in start.models and len(start.models) < LARGEST_SET and _helps(start, each, predict):
+            found = fit(measured, (*start.models, each), predict)
             if not found.triggers:
-                return replace(found, before=bare.significance.z)
-    return replace(best, before=bare.significance.z)
+                return found
+    return None
 
 
 def _nearer(

@@ -11,26 +11,27 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.metrics import perceive as eye
-from notabug.metrics.admissible import RELATIVE, Admissible, admissible
+from notabug.metrics.admissible import RELATIVE, Admissible, admissible, reckonable, suspected
 from notabug.metrics.causes import gain_message
-from notabug.metrics.channels import largest, pixels, put
-from notabug.metrics.explain import Explanation, Predict, admitted, explain, support
+from notabug.metrics.channels import pixels, put
+from notabug.metrics.explain import Explanation, admitted, explain
+from notabug.metrics.hesitation import hesitation
+from notabug.metrics.leeway import leeway
 from notabug.metrics.naming import UNNAMED, Name, Others, name_bug
 from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import TILE, Measured, measure
-from notabug.metrics.nuisance import some
-from notabug.metrics.valid import box, invalid
+from notabug.metrics.valid import LARGEST, box, finite, invalid
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict, preview
+from notabug.references.tracer.envelope import Envelope
+from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
 Key = tuple[tuple[str, ...], ...]
 
 REGIONS = 12  # boxes a finding lists at most
-UNTELLABLE = 0.25  # share of the lit pixels where no epsilon helps, beyond which acne is neither right nor wrong
-BLIND = 3.0  # standard errors of a tile's mean that must fit into the tolerance, or the picture is too noisy to judge
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,51 +65,55 @@ def judge(
     """Judge ``pictures`` (independent seeds of one renderer, each (h, w, 3) linear) of ``scene``.
 
     ``perceive`` measures FLIP and colour differences on the legs that are not empty; without it the legs hold only
-    pixel counts. ``naming`` looks for the fault behind a bug; without it every bug is ``unexplained``. ``others`` gives
-    references of other scenes, to recognise a picture that belongs to one of them.
+    pixel counts. ``naming`` looks for the fault behind a bug; without it every bug is ``unexplained``, and the
+    verdict's word is the same. ``others`` gives references of other scenes, to recognise a picture that belongs to one
+    of them.
     """
-    sets: dict[Key, Admissible] = {}
+    bare = predict(scene, ())
+    if not reckonable(bare):
+        raise _no_reference(scene, bare)
+    reference = admissible(bare, declaration, tolerance)
+    wrong = invalid(pictures, scene.height, scene.width)
+    if wrong is not None:
+        return _refused(wrong, pictures, reference)
+    measured = measure(pictures, reference.edge, declaration.samples if declaration.filter in ("point", "box") else 0)
+    moved = leeway(scene, bare) if suspected(measured, bare, reference, declaration) else None
+    if moved is not None:
+        reference = admissible(bare, declaration, tolerance, leeway=moved)
+    peak = float(reference.value.max(initial=0.0))
+    sets: dict[Key, Admissible] = {(): reference}
     quick: dict[Key, Floats] = {}
 
+    # a set of models that predicts what is not finite (a distance to the power of 90) predicts nothing: it is taken for
+    # one that changes nothing, so it can neither explain nor excuse anything
     def predicted(chosen: tuple[Model, ...]) -> Admissible:
         key = _key(chosen)
         if key not in sets:
-            sets[key] = admissible(predict(scene, chosen), declaration, tolerance)
+            envelope = predict(scene, chosen)
+            sound = reckonable(envelope)
+            sets[key] = admissible(envelope, declaration, tolerance, peak, moved) if sound else reference
         return sets[key]
 
     def previewed(chosen: tuple[Model, ...]) -> Floats:
         key = _key(chosen)
         if key not in quick:
-            quick[key] = preview(scene, chosen)
+            picture = preview(scene, chosen)
+            quick[key] = picture if not chosen or finite(picture).all() else previewed(())
         return quick[key]
 
-    reference = predicted(())
-    wrong = invalid(pictures, scene.height, scene.width)
-    if wrong is not None:
-        return _refused(wrong, pictures, reference)
-    measured = measure(pictures, reference.edge)
     known = list(models(scene))
     open_to = admitted(known, declaration)
     found = explain(measured, open_to, predicted, previewed)
     findings: tuple[Finding, ...] = ()
     word: Word
-    hesitation = _hesitation(measured, found, declaration, len(pictures))
-    hesitation = hesitation or _beyond_telling(found, open_to, predicted, declaration)
+    undecided = hesitation(measured, found, predicted, open_to, scene, declaration, len(pictures))
     considered = {key[0][0]: to.value for key, to in sets.items() if len(key) == 1}
-    name = None
-    if found.triggers and (not hesitation or not declaration.noisy):
-        faults = [each.under(declaration) for each in known if each.kind == "fault" and each.open_to(declaration)]
         name = UNNAMED
         if naming:
+            faults = [each.under(declaration) for each in known if each.kind == "fault" and each.open_to(declaration)]
             name = name_bug(measured, found, faults, open_to, predicted, previewed, others)
         if name.name == "unexplained":
             name = _global_name(found) or name
-    if hesitation and (name is None or name.name == "unexplained"):  # what a fault explains is no noise
-        word, message = "inconclusive", hesitation
-        findings = (
-            () if found.triggers else _limitations(found, declaration)
-        )  # seen through the noise that may hide a bug
-    elif name is not None:
         bug = _bug(name, found)
         # a large gain hides a limitation until it is taken out: the fault's own explanation holds what is beside it
         word, findings, message = "bug", (bug, *_limitations(name.fitted or found, declaration)), bug.message
@@ -128,6 +133,18 @@ def judge(
     return _perceived(judgement, found, reference, perceive)
 
 
+def _no_reference(scene: Scene, envelope: Envelope) -> NotabugError:
+    sound = np.logical_and.reduce([finite(each).all(axis=2) for each in (envelope.point, envelope.lo, envelope.hi)])
+    y, x = (int(each) for each in np.argwhere(~sound)[0])
+    return NotabugError(
+        f"the reference is not finite in {int((~sound).sum())} pixels, so no picture can be held against it",
+        where=f"{scene.id} {scene.variant}".rstrip() + f", pixel ({x}, {y})",
+        expected=f"values up to {LARGEST:g}",
+        do="look there for faces without area, lights at a surface, or huge intensities and exponents; if the scene is"
+        " sound, report it as a fault of notabug",
+    )
+
+
 def _key(chosen: tuple[Model, ...]) -> Key:
     """What tells sets of models apart; the claim holds what those of one name differ in: an axis, a strength."""
     return tuple((each.name, each.claim, str(each.strength), repr(each.options)) for each in chosen)
@@ -139,60 +156,6 @@ def _refused(wrong: Finding, pictures: Sequence[Floats], reference: Admissible) 
     empty = np.zeros(reference.value.shape[:2])
     verdict = Verdict("bug", (wrong,), triggers=("invalid",), message=wrong.message)
     return Judgement(verdict, shown, reference.value, reference.value, empty, empty)
-
-
-def _hesitation(measured: Measured, found: Explanation, declaration: Declaration, given: int) -> str:
-    """Why no verdict is possible, or "": a single noisy picture, or noise that hides what the tolerance forbids."""
-    if not measured.noisy:
-        if given > 1:  # seeds that agree to the last bit, as where all is black
-            return ""
-        if declaration.noisy and found.triggers:
-            return "one picture of a noisy renderer: render at least two seeds"
-        if found.triggers and _looks_noisy(measured, found):
-            return "the picture looks noisy and there is only one: give at least two independent seeds"
-        return ""
-    smooth = some(np.flatnonzero(~found.target.edge))
-    variance, tau = (pixels(each, smooth) for each in (measured.variance, found.target.tau))
-    ratio = float(np.median(np.sqrt(measured.kappa * variance) / TILE / tau)) if smooth.size else 0.0
-    if not found.triggers and BLIND * ratio > 1.0:
-        factor = (BLIND * ratio) ** 2
-        return f"too noisy: {factor:.1f} times as many samples would decide"
-    return ""
-
-
-def _beyond_telling(found: Explanation, open_to: Sequence[Model], predicted: Predict, declaration: Declaration) -> str:
-    """Why a picture that chance explains says nothing, or "": rounding may then do that to most of what is lit."""
-    if found.triggers or not any(each.rule == "set" for each in found.models):
-        return ""
-    bare = predicted(())
-    lit = largest(bare.value) > 0
-    for each in open_to:
-        if each.name == "acne":
-            share = float((support(bare, predicted((each,))) & lit).sum()) / max(1.0, float(lit.sum()))
-            if share > UNTELLABLE:
-                return (
-                    f"no picture can tell here: with a rounding of {declaration.hit_error:.1e} of the distance no"
-                    f" reasonable epsilon prevents acne on {share:.0%} of what is lit; bring camera or scene nearer"
-                )
-    return ""
-
-
-def _looks_noisy(measured: Measured, found: Explanation) -> bool:
-    """A residual that changes sign from pixel to pixel all over the smooth parts is noise, not a fault."""
-    off = measured.mean - found.target.value
-    r = off[..., int(np.argmax((off**2).sum(axis=(0, 1))))]  # where red and blue are exchanged their sum says nothing
-    smooth = ~widened(found.target.edge, 1)
-    bright = smooth & (largest(found.target.value) > 0)
-    wrong = r[found.significance.pixels & bright]
-    if bright.sum() < 256 or wrong.size < 0.05 * bright.sum():
-        return False
-    if not 0.05 < float((wrong > 0).mean()) < 0.95:  # all too dark, or all too bright: acne, or holes
-        return False
-    centred = np.where(bright, r - r[bright].mean(), 0.0)
-    power = float((centred**2).sum()) / float(bright.sum())
-    both = bright[:, 1:] & bright[:, :-1]
-    lag = float((centred[:, 1:] * centred[:, :-1])[both].mean()) if both.any() else power
-    return lag < 0.3 * power and abs(float(r[bright].mean())) < 0.3 * float(np.sqrt(power))
 
 
 def _global_name(found: Explanation) -> Name | None:

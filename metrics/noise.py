@@ -9,10 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.channels import spread
+from notabug.metrics.neighbours import weighed
 
 Floats = npt.NDArray[np.floating]
 TILE = 16
 OUTLIER = 10.0  # ratio of variances
+FIVE = (0.2, 0.2, 0.2)  # the mean of five values: the middle one, and the weights of those beside it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,6 +27,7 @@ class Measured:
     freedom: float
     kappa: float
     seeds: int
+    singles: Floats | None = None  # (seeds, h, w, 3) every picture, where each has one sample a pixel
 
     @property
     def noisy(self) -> bool:
@@ -41,8 +44,10 @@ def tiles(values: Floats, side: int = TILE) -> Floats:
     return values
 
 
-def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured:
+def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_], samples: int = 0) -> Measured:
     """The mean and pooled variance of ``pictures``; at ``edge`` pixels the larger of pooled and own variance.
+
+    ``samples`` are those of a pixel in each picture, 0 where that is unknown.
 
     Variances are pooled over 5 x 5 pixels, which gives 12.5 (K - 1) degrees of freedom: few seeds often agree exactly
     by chance, and an unpooled variance would then make any residual significant. Filters that spread a sample over
@@ -54,11 +59,9 @@ def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured
     seeds = len(stack)
     if all(np.array_equal(each, stack[0]) for each in stack[1:]):
         return Measured(mean, np.zeros_like(mean), np.inf, 1.0, 1)
-    from scipy import ndimage
-
     off = stack - mean
     own = np.square(off, out=off).sum(axis=0) / (seeds * (seeds - 1))
-    pooled = ndimage.uniform_filter(own, size=(5, 5, 1), mode="nearest")
+    pooled = weighed(weighed(own, FIVE, 0), FIVE, 1)  # a running sum would carry a firefly's rounding along its row
     # a value that is far noisier than its 24 neighbours, a firefly, is as noisy as it is: F(K - 1, 24 (K - 1)) beyond
     # OUTLIER has a chance of 1e-5 at four seeds
     others = (25.0 * pooled - own) / 24.0
@@ -68,4 +71,5 @@ def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_]) -> Measured
     within = tiles(own) / count**2
     kappa = max(1.0, float(between.sum() / within.sum())) if within.sum() > 0 else 1.0
     freedom = 12.5 * (seeds - 1) / max(1.0, kappa / 2.0)
-    return Measured(mean, np.maximum(variance, 0.0), freedom, kappa, seeds)
+    singles = np.asarray(pictures, np.float32) if samples == 1 else None  # the stack holds deviations by now
+    return Measured(mean, np.maximum(variance, 0.0), freedom, kappa, seeds, singles)

@@ -10,14 +10,15 @@ import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import largest, spread
-from notabug.metrics.neighbours import Bools, widened
+from notabug.metrics.excused import crowded, excused
+from notabug.metrics.neighbours import Bools
 from notabug.metrics.noise import TILE, Measured, tiles
 
 Floats = npt.NDArray[np.floating]
 
 RATE = 0.01  # false discovery rate of Benjamini and Hochberg 1995
-BUDGET = 8  # pixels beside an edge that may be wrong: where two renderers' last bits see another surface
-NEAR = 2  # pixels from an edge
+FALSE = 2  # pixels that the false discovery rate may let through where all is right: at RATE 1 picture in 100 has one
+CERTAIN = 1e-6  # the chance, times all pixels, below which a pixel is no false discovery
 FLOOR = 0.02  # of the tolerance: a standard error below it is chance, where few seeds agree exactly
 SMALL = 4  # pixels, the side of a small tile
 FEWEST = {TILE: TILE, SMALL: SMALL * SMALL // 2}  # pixels of a tile, or it tells nothing
@@ -34,12 +35,18 @@ class Significance:
     tiles: Bools
     z: Floats
     excess: float  # sum over significant pixels and tiles of the residual beyond tolerance: the length of a bug leg
-    away: int  # significant pixels that no edge excuses
+    wrong: int  # significant pixels that neither last bits at edges nor false discoveries make
+
+    @property
+    def severity(self) -> float:
+        """From 1 on it is a bug."""
+        excused = np.count_nonzero(self.pixels) - self.wrong
+        return max(float(self.wrong), float(self.tiles.sum()), excused / (excused + 1.0))
 
     @property
     def triggers(self) -> tuple[str, ...]:
         found = []
-        if np.count_nonzero(self.pixels) > BUDGET or self.away:
+        if self.wrong:
             found.append("pixels")
         if self.tiles.any():
             found.append("tile")
@@ -63,17 +70,24 @@ def significance(residual: Floats, measured: Measured, to: Admissible) -> Signif
     if not measured.noisy:
         z = largest(np.divide(size, to.tau, out=size))
         pixels = excess > 0
+        right = np.zeros_like(pixels)
         tile, faint = np.zeros(1, np.bool_), 0.0
     else:
         error = np.maximum(np.sqrt(measured.variance), FLOOR * to.tau)
         z = np.maximum(largest(beyond / error), 0.0)
-        pixels = discoveries(_chance(z, measured.freedom))
+        chance = _chance(z, measured.freedom)
+        pixels = discoveries(chance)
+        right = _false(pixels, chance)
         tile, faint = _tiles(residual, measured, to, pixels)
-    near = widened(to.edge, NEAR)
-    away = int(np.count_nonzero(pixels & ~near))
-    if measured.noisy and away <= 2:  # what the false discovery rate lets through
-        away = 0
-    return Significance(pixels, tile, z, float(excess[pixels].sum()) + faint, away)
+    wrong = pixels & ~right
+    wrong &= ~excused(wrong, measured.mean, to)
+    return Significance(pixels, tile, z, float(excess[pixels].sum()) + faint, int(np.count_nonzero(wrong)))
+
+
+def _false(pixels: Bools, chance: Floats) -> Bools:
+    """Those of the significant ``pixels`` (h, w) that may be false discoveries: few, apart, and none is certain."""
+    found = pixels & (chance * chance.size > CERTAIN) & ~crowded(pixels)
+    return found if np.count_nonzero(found) <= FALSE else np.zeros_like(found)
 
 
 def _tiles(residual: Floats, measured: Measured, to: Admissible, pixels: Bools) -> tuple[Bools, float]:

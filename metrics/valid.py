@@ -10,6 +10,12 @@ import numpy.typing as npt
 from notabug.metrics.verdict import Finding
 
 NEGATIVE = -1e-6  # rounding of a renderer's own sums; filters with negative lobes are declared
+LARGEST = 1e15  # as good as infinite: the square of what a tile sums up to, 256 of it, is near the largest float32
+
+
+def finite(values: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
+    """Which ``values`` can be reckoned with: those that are no NaN, not infinite, and no larger than LARGEST."""
+    return np.asarray(np.abs(values) <= LARGEST, np.bool_)  # a NaN is not
 
 
 def invalid(pictures: Sequence[npt.NDArray[np.floating]], height: int, width: int) -> Finding | None:
@@ -28,17 +34,17 @@ def invalid(pictures: Sequence[npt.NDArray[np.floating]], height: int, width: in
                 (0, 0, w, h),
                 message=f"the picture is {w} x {h}, expected {width} x {height}{_scale(w / width, h / height)}",
             )
-        if not np.isfinite(picture).all():
-            finite = np.isfinite(picture).all(axis=2)
-            count = int((~finite).sum())
-            y, x = (int(v) for v in np.argwhere(~finite)[0])
+        sound = np.asarray(finite(picture).all(axis=2))
+        if not sound.all():
+            count = int((~sound).sum())
+            y, x = (int(v) for v in np.argwhere(~sound)[0])
             return Finding(
                 "bug",
                 "non_finite",
                 float(count),
-                box(~finite),
+                box(~sound),
                 z=float("inf"),
-                message=f"{count} of {h * w} pixels are NaN or infinite, the first at ({x}, {y})",
+                message=f"{count} of {h * w} pixels are NaN or infinite{_huge(picture[y, x])}, the first at ({x}, {y})",
             )
         if picture.min() < NEGATIVE:
             negative = picture.min(axis=2) < NEGATIVE
@@ -50,6 +56,10 @@ def invalid(pictures: Sequence[npt.NDArray[np.floating]], height: int, width: in
                 message=f"{int(negative.sum())} pixels are negative, down to {float(picture.min()):.3g}",
             )
     return None
+
+
+def _huge(pixel: npt.NDArray[np.floating]) -> str:
+    return f", or as good as that: {float(np.abs(pixel).max()):.3g}" if np.isfinite(pixel).all() else ""
 
 
 def _scale(x: float, y: float) -> str:

@@ -134,7 +134,7 @@ def declare(
         relative_quantum=coarsest.relative_quantum,
         shared_exponent=coarsest.shared_exponent,
         white=1.0 if coarsest.stored.startswith(("uint", "int")) else math.inf,
-        noisy=len(pictures) > 1 if noisy is None else noisy,
+        noisy=(True if len(pictures) > 1 else None) if noisy is None else noisy,
         samples=samples,
         **declared.unknown(),
     )

@@ -188,24 +188,10 @@ def test_a_bug_shows_through_noise(seed: int, count: int, sigma: float) -> None:
     assert y1 > 16
 
 
-@FEW
-@given(seeds, st.floats(0.03, 0.5))
-def test_one_noisy_picture_is_inconclusive(seed: int, sigma: float) -> None:
-    """Declared noisy or found to be so: never a bug for its noise."""
-    truth = _smooth(seed, 48, 48)
-    picture = _noise(np.random.default_rng(seed), truth, sigma, 0.0)
-    for declaration in (NOISY, POINT, replace(POINT, filter="unknown", radius=2.0)):
-        verdict = _judge([picture], truth, declaration)
-        assert verdict.word == "inconclusive"
-        assert "two" in verdict.message
-        assert "seeds" in verdict.message
-        assert not verdict.findings
-
-
 def test_one_picture_of_a_noisy_renderer_passes_where_nothing_is_wrong() -> None:
     truth = _smooth(1, 48, 48)
     assert _judge([truth], truth, NOISY).word == "pass"
-    assert _judge([truth * 1.1], truth, NOISY).word == "inconclusive"
+    assert _judge([truth * 1.1], truth, NOISY).word == "bug"  # as no noise could make it: see test_hesitation.py
 
 
 @pytest.mark.parametrize("factor", [0.0, 0.5, 3.0])

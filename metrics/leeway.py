@@ -1,0 +1,137 @@
+"""How far a reasonable epsilon lights the edges of shadows: what is admitted beyond what subsamples may miss.
+
+Renderers keep a ray from meeting the surface that it starts on by an epsilon. The largest reasonable one is half a
+pixel's footprint: beyond it shadows visibly come off what throws them. It acts in two ways, both of which only light
+what should be dark:
+
+- Hits nearer than epsilon are passed over, so shadows begin that far from what throws them. The picture with the
+  largest reasonable epsilon is predicted, and anything between it and the exact one is admitted.
+- A start that is raised off the surface by epsilon sees what a point of the surface sees that is epsilon / tan(the
+  light's elevation over the surface) further from the light: the tip of a shadow retreats by so much, its sides do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.references.models.acne import width_of_view
+from notabug.references.models.model import Model, edit_materials
+from notabug.references.predict import predict, preview
+from notabug.references.tracer.envelope import SEEN, Envelope
+from notabug.scenes_usd.scene import Light, Material, Scene
+
+Floats = npt.NDArray[np.floating]
+
+HALF = 0.5  # of a pixel's footprint: the largest reasonable epsilon
+FAR, STEP = 3.0, 0.5  # pixels: beyond FAR no shadow's edge is near enough to its tip to be one of its pixels
+SMALL = 1e-3  # of an epsilon, for a derivative
+_WHITE = Material("", (1.0, 1.0, 1.0))
+_CITES = "Haines 1989, in Glassner, An Introduction to Ray Tracing"
+
+
+def leeway(scene: Scene, exact: Envelope) -> Floats:
+    """By how much (h, w, 3) the edges of shadows in ``scene``, whose reference is ``exact``, may be lit."""
+    length = HALF * width_of_view(scene) / scene.width
+    passing = Model(
+        name="epsilon",
+        kind="limitation",
+        claim=f"rays pass over what they meet within {length:.3g}",
+        cites=_CITES,
+        options={"start": "absolute", "epsilon": length},
+    )
+    most = np.maximum(predict(scene, (passing,)).mean, exact.mean)
+    place, normal, depth = _surface(scene)
+    for light in scene.lights:
+        most = _raised(scene, exact, most, _moved(scene, light, place, normal, depth))
+    return np.asarray(most - exact.mean)
+
+
+def _raised(scene: Scene, exact: Envelope, most: Floats, moved: Floats) -> Floats:
+    """The largest (h, w, 3) of ``most`` and what ``exact`` shows on the way by ``moved`` (h, w, 2) pixels from here."""
+    far = np.hypot(moved[..., 0], moved[..., 1])
+    along = moved / np.maximum(far, 1e-30)[..., None]
+    y, x = np.mgrid[: scene.height, : scene.width]
+    for way in np.arange(STEP, FAR + STEP / 2, STEP):
+        part = np.minimum(way, far)[..., None] * along
+        most = np.maximum(most, _between(exact, x + part[..., 0], y + part[..., 1]))
+    return most
+
+
+def _between(exact: Envelope, x: Floats, y: Floats) -> Floats:
+    """The mean (h, w, 3) at the places (x, y), each (h, w), where all around shows the surface that is seen here."""
+    h, w = exact.ids.shape
+    seen = exact.ids & SEEN
+    left, upper = np.floor(x).astype(int), np.floor(y).astype(int)
+    value, same = np.zeros((h, w, 3)), np.ones((h, w), np.bool_)
+    for row in (upper, upper + 1):
+        for column in (left, left + 1):
+            at = (np.clip(row, 0, h - 1), np.clip(column, 0, w - 1))
+            weight = (1.0 - np.abs(row - y)) * (1.0 - np.abs(column - x))
+            value += weight[..., None] * exact.mean[at]
+            same &= (weight <= 0.0) | (seen[at] == seen)
+    return np.where(same[..., None], value, 0.0)
+
+
+def _moved(scene: Scene, light: Light, place: Floats, normal: Floats, depth: Floats) -> Floats:
+    """By how many pixels (h, w, 2), right and down, what the light meets moves with a start that is raised."""
+    if light.kind == "distant":
+        to = np.broadcast_to(-np.asarray(light.direction, np.float64), place.shape)
+    else:
+        to = np.asarray(light.position, np.float64) - place
+        to = to / np.maximum(np.linalg.norm(to, axis=2), 1e-30)[..., None]
+    cosine = (to * normal).sum(axis=2)
+    epsilon = HALF * 2.0 * scene.camera.tan_x / scene.width * depth
+    height = SMALL * epsilon / np.maximum(cosine, 1e-6)
+    shown = _raster(scene, place + height[..., None] * (cosine[..., None] * normal - to))
+    moved = (shown - _raster(scene, place)) / SMALL
+    good = (cosine > 0) & (depth > 0) & np.isfinite(moved).all(axis=2)
+    return np.where(good[..., None], moved, 0.0)
+
+
+def _raster(scene: Scene, place: Floats) -> Floats:
+    """Where (h, w, 2) the camera sees ``place`` (h, w, 3), in pixels, right and down."""
+    camera = scene.camera
+    local = (place - camera.to_world[3, :3]) @ camera.to_world[:3, :3].T
+    away = np.where(local[..., 2] < 0, -local[..., 2], np.inf)
+    x, y = local[..., 0] / away / camera.tan_x, local[..., 1] / away / camera.tan_y
+    return np.stack([(x + 1.0) * scene.width / 2, (1.0 - y) * scene.height / 2], axis=2)
+
+
+def _surface(scene: Scene) -> tuple[Floats, Floats, Floats]:
+    """Place (h, w, 3), unit normal (h, w, 3) and depth (h, w) of what is seen at pixel centres; 0 where nothing is."""
+    camera = scene.camera
+    eye = camera.to_world[3, :3]
+    torch = Light("/torch", "point", (np.pi,) * 3, position=tuple(eye))
+    even, falling = (_white(scene, torch, falloff) for falloff in ("none", "linear"))
+    distance = np.where(falling > 0, even / np.maximum(falling, 1e-30), 0.0)
+    x = (2.0 * (np.arange(scene.width) + 0.5) / scene.width - 1.0) * camera.tan_x
+    y = (1.0 - 2.0 * (np.arange(scene.height) + 0.5) / scene.height) * camera.tan_y
+    rays = np.stack([*np.broadcast_arrays(x[None, :], y[:, None], -1.0)], axis=2) @ camera.to_world[:3, :3]
+    depth = distance / np.linalg.norm(rays, axis=2)
+    components = list(_components(scene))
+    normal = np.stack([front - back for front, back in zip(components[::2], components[1::2], strict=True)], axis=2)
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=2), 1e-30)[..., None]
+    return eye + depth[..., None] * rays, normal, depth
+
+
+def _components(scene: Scene) -> Iterator[Floats]:
+    """What (h, w) the normals have of +x, -x, +y, -y, +z and -z."""
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            x, y, z = (sign * float(axis == each) for each in range(3))
+            yield _white(scene, Light("/sun", "distant", (np.pi,) * 3, direction=(x, y, z)), "none")
+
+
+def _white(scene: Scene, light: Light, falloff: str) -> Floats:
+    """N.L (h, w) of white surfaces under ``light`` alone, without shadows."""
+
+    def alone(scene: Scene) -> Scene:
+        return replace(edit_materials(scene, lambda each: replace(_WHITE, path=each.path)), lights=(light,))
+
+    options = {"shadows": "none", "falloff": falloff}
+    shown = Model(name="white", kind="limitation", claim="", cites=_CITES, edit=alone, options=options)
+    return np.asarray(preview(scene, (shown,))[..., 0], np.float64)
