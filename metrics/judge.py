@@ -115,7 +115,13 @@ def judge(
         word = "limitation" if any(each.kind == "limitation" for each in findings) else "pass"
         message = "; ".join(each.message for each in findings)
     judgement = Judgement(
-        Verdict(word, findings, triggers=found.triggers, message=message, numbers=_numbers(measured, found, reference)),
+        Verdict(
+            word,
+            findings,
+            triggers=found.triggers,
+            message=message,
+            numbers=_numbers(measured, found, reference) | dict(name.numbers if word == "bug" and name else {}),
+        ),
         measured.mean,
         reference.value,
         found.nearest,

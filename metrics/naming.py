@@ -7,14 +7,15 @@ likeliest are then fitted in full, those that come in all strengths at the stren
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible, residual
-from notabug.metrics.causes import Cause, causes
+from notabug.metrics.causes import Cause, causes, find_shifts, refined_shift, shift_numbers, without_border
+from notabug.metrics.causes import SAME_SHIFT
 from notabug.metrics.channels import largest, total
 from notabug.metrics.explain import (
     LEAST_TOUCHED,
@@ -31,6 +32,7 @@ from notabug.metrics.explain import (
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import nuisance
 from notabug.metrics.significance import Significance, significance
+from notabug.references.models.camera import on_half, pixel_shift
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
@@ -49,6 +51,7 @@ HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried bes
 EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may leave which no fault need be tried after
 WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
 NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
+SHARPENED = 4  # vectors of a shift that are predicted in full
 BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
 
 Others = Callable[[], Iterable[tuple[str, Floats]]]
@@ -61,6 +64,7 @@ class Name:
 
     ``fitted`` is the explanation by that fault and the limitations beside it, None where nothing is beside it. A name
     for what is wrong with the ``whole`` picture is no model of a fault. ``glance`` is the misfit of quick pictures.
+    ``numbers`` are those of the verdict that the name knows better than a fit of the whole picture: a shift, a gain.
     ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
     fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
     One that may show ``anything`` is told where no other is left.
@@ -75,6 +79,7 @@ class Name:
     anything: bool = False
     whole: bool = False
     glance: float = math.inf
+    numbers: Mapping[str, float] = field(default_factory=dict)
 
     def over(self, exact: float) -> bool:
         """Whether it leaves no bug leg, and no more misfit than ``exact``."""
@@ -104,6 +109,8 @@ def name_bug(
     bug = _Bug(measured, found, limitations, predict, preview, _scale(measured, reference))
     exact = EXACT * min(1.0, bug.misfit(found.target))  # what leaves less leaves nothing for another to explain
     best = _best(None, _whole(bug), exact, noisy=measured.noisy)
+    if best is None or not best.over(exact):
+        best = _best(best, _moved_rays(bug), exact, noisy=measured.noisy)
     for fault in () if best and best.over(exact) else likely(measured, found, faults, predict, preview):
         glance = bug.likeness(fault)
         if best is None or glance < best.hope(exact):
@@ -192,7 +199,7 @@ def _whole(bug: _Bug) -> Iterator[Name]:
                 still = bool(nuisance(measured, target, np.zeros(target.edge.shape, np.bool_)).triggers)
             remains = bug.remains(left, still=still)
             glance = bug.glance(target.value)
-            yield Name(cause.name, cause.message, remains, bug.misfit(target), whole=True, glance=glance)
+            yield Name(cause.name, cause.message, remains, bug.misfit(target), whole=True, glance=glance, numbers=cause.numbers)
             if remains < nearest[0]:
                 nearest = (remains, cause)
     if nearest[1] is not None and nearest[0] > 0.0:  # what it leaves may be a limitation, which it has moved as well
@@ -200,7 +207,46 @@ def _whole(bug: _Bug) -> Iterator[Name]:
         beside = explain(measured, bug.limitations, lambda chosen: cause.under(predict(chosen)))
         if not beside.triggers:
             misfit, glance = bug.misfit(beside.target), bug.glance(beside.target.value)
-            yield Name(cause.name, cause.message, 0.0, misfit, beside, whole=True, glance=glance)
+            yield Name(cause.name, cause.message, 0.0, misfit, beside, whole=True, glance=glance, numbers=cause.numbers)
+
+
+def _moved_rays(bug: _Bug) -> Iterator[Name]:
+    """How well rays beside their pixels fit, where moving the reference brings it nearer to the picture.
+
+    A moved picture only resembles that: at every edge it is a blend of two pixels, which leaves a bug leg of its own.
+    """
+    mean = bug.measured.mean
+    height, width = mean.shape[:2]
+    for base in {id(each): each for each in (bug.predict(()), bug.found.target)}.values():
+        for right, down in find_shifts(mean, base.value):
+            vectors = [(right, down)]
+            if on_half(right) and on_half(down):
+                vectors = [(_half(right), _half(down)), *vectors]
+            for step, vector in enumerate(vectors):
+                model = pixel_shift(width, height, *vector)
+                if bug.likeness(model) > HOPE * bug.glance(bug.predict(()).value):
+                    break
+                found = list(_ray_names(bug, model, vector))
+                yield from found
+                if min((each.remains for each in found), default=1.0) <= NOTHING:
+                    return
+                left = refined_shift(mean, bug.predict((model,)).value, (0.0, 0.0))
+                if step + 1 == len(vectors) and max(map(abs, left)) > SAME_SHIFT and len(vectors) < SHARPENED:
+                    vectors.append((vector[0] + left[0], vector[1] + left[1]))
+
+
+def _half(pixels: float) -> float:
+    return round(2.0 * pixels) / 2.0 + 0.0
+
+
+def _ray_names(bug: _Bug, model: Model, vector: tuple[float, float]) -> Iterator[Name]:
+    mean = bug.measured.mean
+
+    def bordered(chosen: tuple[Model, ...]) -> Admissible:
+        return without_border(bug.predict(chosen), mean, *vector)
+
+    for each in _fitted(replace(bug, predict=bordered), model):
+        yield replace(each, glance=bug.likeness(model), numbers=shift_numbers(*vector))
 
 
 def _fitted(bug: _Bug, fault: Model) -> Iterator[Name]:
