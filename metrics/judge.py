@@ -18,7 +18,7 @@ from notabug.metrics.explain import Explanation, Predict, admitted, explain, sup
 from notabug.metrics.naming import UNNAMED, Name, Others, name_bug
 from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import TILE, Measured, measure
-from notabug.metrics.nuisance import some
+from notabug.metrics.nuisance import some, untold_gain
 from notabug.metrics.valid import box, invalid
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.model import Model, models
@@ -94,6 +94,7 @@ def judge(
     word: Word
     hesitation = _hesitation(measured, found, declaration, len(pictures))
     hesitation = hesitation or _beyond_telling(found, open_to, predicted, declaration)
+    hesitation = hesitation or ("" if found.triggers else untold_gain(found.nuisance))
     considered = {key[0][0]: to.value for key, to in sets.items() if len(key) == 1}
     name = None
     if found.triggers and (not hesitation or not declaration.noisy):
