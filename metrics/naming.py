@@ -327,7 +327,9 @@ def likely(
         return max(score, covered(change, own)) if fault.rule == "any" else score
 
     ranked = []
-    for index, fault in enumerate(faults):
+    wrong = found.significance.pixels
+    placed = (each if each.placed is None else each.placed(wrong) for each in faults)
+    for index, fault in enumerate(each for each in placed if each is not None):
         tried = [
             (scored(fault, change, preview((*base, fault)) - preview(base)), -place, base, change)
             for place, (base, change) in enumerate(starts)

@@ -10,6 +10,9 @@ import numpy as np
 from notabug.references.models.model import Edit, Model
 from notabug.scenes_usd.scene import Floats, Scene, Texture
 
+POWER = 2.2  # the exponent that is widely used in the place of sRGB's curve
+FINEST = 16  # copies a texel has each way, so that bilinear lookup between them blurs a sixteenth of it
+MOST_TEXELS = 1 << 21  # of a texture of copies: 50 MB
 _USD = "UsdUVTexture: sourceColorSpace, wrapS, wrapT"
 
 
@@ -27,6 +30,11 @@ def models(scene: Scene) -> Iterator[Model]:
             _textures(_unwrapped),
         ),
     ]
+    used = {scene.materials[each.material].texture for each in scene.objects} - {-1}
+    if any(scene.textures[each].colour_space == "sRGB" for each in used):
+        claim = f"the texture is decoded by the power {POWER}, not by sRGB's curve"
+        changes.append(("texture_decoded_by_power", claim, _textures(_by_power)))
+    changes.append(("texture_nearest", "the nearest texel is taken, where bilinear lookup is declared", _textures(_nearest)))
     for name, claim, edit in changes:
         yield Model(name=name, kind="fault", claim=claim, cites=_USD, edit=edit)
 
@@ -48,6 +56,19 @@ def pixels(change: Callable[[Floats], Floats]) -> Edit:
 
 def _textures(change: Callable[[Texture], Texture]) -> Edit:
     return lambda scene: replace(scene, textures=tuple(change(each) for each in scene.textures))
+
+
+def _by_power(texture: Texture) -> Texture:
+    if texture.colour_space != "sRGB":
+        return texture
+    return replace(texture, pixels=np.ascontiguousarray(encoded(texture.pixels) ** POWER))
+
+
+def _nearest(texture: Texture) -> Texture:
+    """Each texel as a block of copies: read bilinearly, all of it but its border has the texel's own colour."""
+    height, width = texture.pixels.shape[:2]
+    copies = max(1, min(FINEST, int((MOST_TEXELS / (height * width)) ** 0.5)))
+    return replace(texture, pixels=np.ascontiguousarray(texture.pixels.repeat(copies, axis=0).repeat(copies, axis=1)))
 
 
 def _unwrapped(texture: Texture) -> Texture:
