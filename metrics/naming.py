@@ -18,6 +18,7 @@ from notabug.metrics.causes import Cause, causes, find_shifts, refined_shift, sh
 from notabug.metrics.causes import SAME_SHIFT
 from notabug.metrics.channels import largest, total
 from notabug.metrics.explain import (
+    LARGEST_SET,
     LEAST_TOUCHED,
     Explanation,
     Predict,
@@ -47,6 +48,7 @@ ALIKE = 0.3  # correlation of the changes below which a fault is not tried
 CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight would decide
 CHOICE, FREE = 0.05, 1.1  # what a local fault's misfit is raised by, for it may choose at each pixel, in noise too
 NEARLY = 0.03  # a strength that leaves this is good enough
+SHORTER = 0.9  # of the bug leg that a further limitation may leave, or it is not one more
 HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried beside limitations
 EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may leave which no fault need be tried after
 WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
@@ -252,32 +254,66 @@ def _ray_names(bug: _Bug, model: Model, vector: tuple[float, float]) -> Iterator
 def _fitted(bug: _Bug, fault: Model) -> Iterator[Name]:
     """How well ``fault`` fits: alone, beside limitations, closer to the strength that fits, and here and there."""
     measured, found, predict = bug.measured, bug.found, bug.predict
-    bare: Explanation | None = None
+    if fault.local and fault.rule == "set" and not _touches(measured, found.target, predict((fault,))):
+        return
+    bare = nearest = fit(measured, (), predict, (fault,))
+    yield _named(bug, fault, bare)
     closer = fault
-    for models in dict.fromkeys(((), found.models, *((each,) for each in bug.limitations))):
-        if bare is not None and models != found.models and not _useful(bare, fault, models, predict, bug.preview):
-            continue
-        fitted = fit(measured, models, predict, (fault,))
-        bare = bare or fitted
-        left = fitted.significance
-        remains = bug.remains(left, still=bool(fitted.triggers))
-        off = bug.misfit(fitted.target)
-        if fault.rule == "choice":
-            yield Name(fault.name, fault.claim, remains, off, fitted)
-        else:
-            free = (fitted.freedom, fault.rule == "any")
-            yield Name(fault.name, fault.claim, remains, off * FREE + CHOICE, fitted, *free)
-        if fault.at is not None and not models and NEARLY < remains < HOPE:  # quick pictures gave a rough strength
-            closer = _refined(fault, changed_by(measured, predict(())), predict, bug.scale)
-        if left.excess == 0:
-            break
-    if fault.local and _touches(measured, found.target, predict((fault,))):
+    if fault.at is not None and NEARLY < _remains(bug, bare) < HOPE:  # quick pictures gave a rough strength
+        closer = _refined(fault, changed_by(measured, predict(())), predict, bug.scale)
+    if bare.significance.excess > 0:
+        beside = [(each,) for each in bug.limitations if _useful(bug, bare, fault, each)]
+        for models in dict.fromkeys((found.models, *beside)):
+            if models:
+                fitted = fit(measured, models, predict, (fault,))
+                yield _named(bug, fault, fitted)
+                nearest = min(nearest, fitted, key=lambda each: each.significance.excess)
+                if nearest.significance.excess == 0:
+                    break
+        if nearest.models and nearest.significance.excess > 0 and _remains(bug, nearest) < HOPE:
+            yield from _grown(bug, fault, nearest)
+    if fault.local and fault.rule == "choice" and _touches(measured, found.target, predict((fault,))):
         patched = patchwork(measured, found.target, predict((fault,)))
         left = significance(residual(measured.mean, patched), measured, patched)
         remains = bug.remains(left, still=bool(left.triggers))
         yield Name(fault.name, fault.claim, remains, bug.misfit(patched) * FREE + CHOICE)
     if closer.strength != fault.strength:
         yield from _fitted(bug, replace(closer, at=None))
+
+
+def _grown(bug: _Bug, fault: Model, nearest: Explanation) -> Iterator[Name]:
+    """How well ``fault`` fits beside more limitations than one: each time the one that leaves the shortest bug leg.
+
+    A renderer has all of its conventions and limitations at once, and a fault hides them from a search without it.
+    """
+    while nearest.significance.excess > 0 and len(nearest.models) < LARGEST_SET:
+        features = {each.when[0] for each in nearest.models if each.when}
+        others = [
+            (*nearest.models, each)
+            for each in bug.limitations
+            if each not in nearest.models
+            and not (each.when and each.when[0] in features)
+            and _useful(bug, nearest, fault, each)
+        ]
+        fits = [fit(bug.measured, models, bug.predict, (fault,)) for models in others]
+        best = min(fits, key=lambda each: each.significance.excess, default=nearest)
+        if best.significance.excess > SHORTER * nearest.significance.excess:
+            return
+        yield _named(bug, fault, best)
+        nearest = best
+
+
+def _remains(bug: _Bug, fitted: Explanation) -> float:
+    return bug.remains(fitted.significance, still=bool(fitted.triggers))
+
+
+def _named(bug: _Bug, fault: Model, fitted: Explanation) -> Name:
+    off = bug.misfit(fitted.target)
+    numbers = {"gain": fault.strength} if fault.name == "light_gain" else {}
+    if fault.rule == "choice":
+        return Name(fault.name, fault.claim, _remains(bug, fitted), off, fitted, numbers=numbers)
+    free = (fitted.freedom, fault.rule == "any")
+    return Name(fault.name, fault.claim, _remains(bug, fitted), off * FREE + CHOICE, fitted, *free)
 
 
 def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:
@@ -287,12 +323,12 @@ def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:
     return float(wrong.sum()) >= LEAST_TOUCHED * float(acts.sum())
 
 
-def _useful(bare: Explanation, fault: Model, models: tuple[Model, ...], predict: Predict, preview: Preview) -> bool:
-    """Whether ``models`` move any pixel that ``fault`` alone leaves wrong; most do not, as previews tell."""
-    wrong = bare.significance.pixels
-    return any(
-        nears(bare, each, preview, (fault,)) and bool((support(bare.target, predict((fault, each))) & wrong).any())
-        for each in models
+def _useful(bug: _Bug, start: Explanation, fault: Model, each: Model) -> bool:
+    """Whether ``each`` moves any pixel that ``start`` leaves wrong; most do not, as previews tell."""
+    wrong = start.significance.pixels
+    beside = (fault, *choices(start.models))
+    return nears(start, each, bug.preview, beside) and bool(
+        (support(bug.predict(choices(beside)), bug.predict((*choices(beside), each))) & wrong).any()
     )
 
 
