@@ -208,7 +208,9 @@ def refined_shift(mean: Floats, value: Floats, start: tuple[float, float]) -> tu
 
     a, b = (np.asarray(each.sum(axis=2), np.float64) for each in (value, mean))
     x, y = start
-    coefficients = ndimage.spline_filter(a, order=3)  # bilinear blurs by what it moves, which pulls towards whole pixels
+    coefficients = ndimage.spline_filter(
+        a, order=3
+    )  # bilinear blurs by what it moves, which pulls towards whole pixels
     for _ in range(8):
         moved = ndimage.shift(coefficients, (y, x), order=3, mode="nearest", prefilter=False)
         inner = ~brought_in(a.shape, x, y)

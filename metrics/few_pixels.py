@@ -54,7 +54,9 @@ def few_gain(measured: Measured, to: Admissible, excluded: Bools, channels: slic
     light = float(x.sum())
     if light <= 0.0:
         return FewGain()
-    variance = np.asarray(measured.variance[lit][:, channels].sum(axis=1), np.float64) * (channels.stop - channels.start)
+    variance = np.asarray(measured.variance[lit][:, channels].sum(axis=1), np.float64) * (
+        channels.stop - channels.start
+    )
     noise = float(np.sqrt(measured.kappa * variance.sum())) / light
     flux = float(y.sum()) / light
     slack = np.maximum(to.hi - to.value, to.value - to.lo)[lit][:, channels].sum(axis=1) * edge / LARGE_SLACK

@@ -15,7 +15,7 @@ from notabug.metrics.admissible import RELATIVE, Admissible, admissible
 from notabug.metrics.causes import gain_message
 from notabug.metrics.channels import largest, pixels, put
 from notabug.metrics.explain import Explanation, Predict, admitted, explain, support
-from notabug.metrics.naming import UNNAMED, Name, Others, name_bug
+from notabug.metrics.naming import UNNAMED, Name, Others, name_bug, possible
 from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import TILE, Measured, measure
 from notabug.metrics.nuisance import some, untold_gain
@@ -101,7 +101,7 @@ def judge(
         faults = [each.under(declaration) for each in known if each.kind == "fault"]
         name = UNNAMED
         if naming:
-            name = name_bug(measured, found, faults, open_to, predicted, previewed, others)
+            name = name_bug(measured, found, possible(faults, declaration), open_to, predicted, previewed, others)
         if name.name == "unexplained":
             name = _global_name(found) or name
     if hesitation and (name is None or name.name == "unexplained"):  # what a fault explains is no noise

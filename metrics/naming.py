@@ -13,9 +13,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
+from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import Admissible, residual
-from notabug.metrics.causes import Cause, causes, find_shifts, refined_shift, shift_numbers, without_border
-from notabug.metrics.causes import SAME_SHIFT
+from notabug.metrics.causes import SAME_SHIFT, Cause, causes, find_shifts, refined_shift, shift_numbers, without_border
 from notabug.metrics.channels import largest, total
 from notabug.metrics.explain import (
     LARGEST_SET,
@@ -45,6 +45,7 @@ NOTHING = 0.02  # what a name leaves where two renderers see different surfaces 
 OTHER = 0.7  # and below which they do not
 LIKELY = 6  # faults that are fitted in full
 ALIKE = 0.3  # correlation of the changes below which a fault is not tried
+LEAST_ALIKE, FEW = 0.1, 2  # and below which it is not even where fewer faults than FEW are more alike
 CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight would decide
 CHOICE, FREE = 0.05, 1.1  # what a local fault's misfit is raised by, for it may choose at each pixel, in noise too
 NEARLY = 0.03  # a strength that leaves this is good enough
@@ -53,8 +54,14 @@ HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried bes
 EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may leave which no fault need be tried after
 WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
 NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
+LADEN = 1.1  # of two names that leave nothing, by how much a limitation more must lower the misfit
 SHARPENED = 4  # vectors of a shift that are predicted in full
 BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
+
+RARE = frozenset({"geometry_mirrored"})
+"""Faults that are tried after others that look alike: a mirrored floor shows what a flipped texture shows."""
+OF_RAYS = frozenset({"acne", "start", "epsilon", "shadow_rays", "retroreflection", "unreversed", "lost_reflection"})
+"""Switches of faults that only a renderer can have that follows rays from one surface to the next."""
 
 Others = Callable[[], Iterable[tuple[str, Floats]]]
 """References of other scenes of the same size: (name, (h, w, 3))."""
@@ -82,6 +89,11 @@ class Name:
     whole: bool = False
     glance: float = math.inf
     numbers: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def laden(self) -> int:
+        """How many limitations and conventions are needed beside the name."""
+        return 0 if self.fitted is None else sum(bool(each.any()) for each in self.fitted.alphas.values())
 
     def over(self, exact: float) -> bool:
         """Whether it leaves no bug leg, and no more misfit than ``exact``."""
@@ -119,12 +131,31 @@ def name_bug(
             names = (replace(each, glance=glance) for each in _fitted(bug, fault))
             best = _best(best, names, exact, noisy=measured.noisy)
     if best is not None:
-        return best
+        return _of_two(bug, best, faults)
     if _alike(measured.mean, reference.value) < OTHER:
         likeness, name = max(((_alike(measured.mean, each), name) for name, each in others()), default=(0.0, ""))
         if likeness > SAME:
             return Name("wrong_scene", f"this is a picture of {name}", 0.0)
     return UNNAMED
+
+
+def possible(faults: Iterable[Model], declaration: Declaration) -> list[Model]:
+    """Those of ``faults`` that a renderer can have: without rays that start on surfaces none of theirs is told."""
+    rays = declaration.hit_error > 0.0 and declaration.depth in ("", "unknown")
+    return [each for each in faults if rays or OF_RAYS.isdisjoint(each.options)]
+
+
+def _of_two(bug: _Bug, best: Name, faults: Sequence[Model]) -> Name:
+    """``best``, or the fault of the texture that gives the very same picture where the whole one is upside down."""
+    for fault in faults if best.name == "upside_down" else ():
+        if fault.name == "flipped_v" and bug.glance(guessed((fault,), bug.predict, bug.preview)) < HOPE * bug.glance(
+            bug.predict(()).value
+        ):
+            fitted = fit(bug.measured, (), bug.predict, (fault,))
+            if _remains(bug, fitted) <= NOTHING:
+                claim = f"{fault.claim}, or the picture is upside down: in this scene the two look alike"
+                return replace(_named(bug, fault, fitted), message=claim)
+    return best
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -184,7 +215,8 @@ def _better(each: Name, best: Name, *, noisy: bool) -> bool:
             return fixed is each
     if each.freedom and best.freedom:
         return (max(each.remains, NOTHING), each.freedom) < (max(best.remains, NOTHING), best.freedom)
-    return each.misfit < BETTER * best.misfit
+    burden = LADEN ** (each.laden - best.laden) if max(each.remains, best.remains) <= NOTHING else 1.0
+    return each.misfit * burden < BETTER * best.misfit
 
 
 def _whole(bug: _Bug) -> Iterator[Name]:
@@ -201,7 +233,9 @@ def _whole(bug: _Bug) -> Iterator[Name]:
                 still = bool(nuisance(measured, target, np.zeros(target.edge.shape, np.bool_)).triggers)
             remains = bug.remains(left, still=still)
             glance = bug.glance(target.value)
-            yield Name(cause.name, cause.message, remains, bug.misfit(target), whole=True, glance=glance, numbers=cause.numbers)
+            yield Name(
+                cause.name, cause.message, remains, bug.misfit(target), whole=True, glance=glance, numbers=cause.numbers
+            )
             if remains < nearest[0]:
                 nearest = (remains, cause)
     if nearest[1] is not None and nearest[0] > 0.0:  # what it leaves may be a limitation, which it has moved as well
@@ -371,9 +405,11 @@ def likely(
             for place, (base, change) in enumerate(starts)
         ]
         score, _, base, change = max(tried, key=lambda each: each[:2])
-        if score > ALIKE:
-            ranked.append((-score, index, fault, base, change))
-    for _, _, fault, base, change in sorted(ranked, key=lambda each: each[:2])[:LIKELY]:
+        if score > LEAST_ALIKE:
+            ranked.append((-score, fault.name in RARE, index, fault, base, change))
+    ranked.sort(key=lambda each: (round(each[0], 2), *each[1:3]))
+    alike = sum(-each[0] > ALIKE for each in ranked)
+    for _, _, _, fault, base, change in ranked[: min(LIKELY, max(alike, FEW))]:
         if fault.at is None:
             yield fault
             continue

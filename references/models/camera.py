@@ -12,7 +12,9 @@ from notabug.references.models.model import Model, in_strengths
 from notabug.scenes_usd.scene import Camera, Scene
 
 _USD = "UsdGeomCamera: apertures, focalLength, clippingRange; UsdRenderSettings: aspectRatioConformPolicy"
-HALF_SLACK = 0.06  # pixels: a shift this near to half a pixel is called half a pixel; aliased edges are off by up to .05
+HALF_SLACK = (
+    0.06  # pixels: a shift this near to half a pixel is called half a pixel; aliased edges are off by up to .05
+)
 
 
 def models(scene: Scene) -> Iterator[Model]:

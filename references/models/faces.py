@@ -13,6 +13,7 @@ from notabug.scenes_usd.scene import Floats, Material, Mesh, Scene
 from notabug.scenes_usd.triangulate import split_ngons, triangulate
 
 Bools = npt.NDArray[np.bool_]
+Ints = npt.NDArray[np.int64]
 
 _WATERTIGHT = "Woop, Benthin and Wald 2013, Watertight ray/triangle intersection; OpenGL specification: fill rules"
 _STAGE = "UsdGeomMesh: faceVertexIndices"
@@ -22,6 +23,8 @@ BACKING = 1e-4  # of the distance, by which what shows in a dark crack lies behi
 WITHIN = np.array([(a, b) for a in (0.12, 0.33, 0.54) for b in (0.12, 0.33, 0.54) if a + b < 0.9])
 """Places in a triangle, as weights of its second and third corner, at which it is looked for in the picture."""
 MISSED = 0.8  # share of a triangle's places that are wrong where it is missing; at its border others show
+VISIBLE = 0.25  # share of its places that a triangle must show at least
+LARGE = 100.0  # pixels: the area from which on every pixel of a triangle is looked at
 SMALLEST = 1.0  # pixels: the area of a triangle that can be told
 MOST_MISSING = 0.25  # share of the triangles beyond which they are not single ones
 
@@ -127,30 +130,38 @@ def projected(scene: Scene, points: Floats) -> tuple[Floats, Floats]:
 
 def missing(scene: Scene, wrong: Bools) -> Model | None:
     """The fault of the triangles that lie where the picture is ``wrong`` (h, w); None where there are none, or many."""
-    found: list[tuple[float, int, int, Floats]] = []
+    from notabug.references.predict import predict  # which itself knows of models
+
+    found: list[tuple[float, int, int, int, Ints]] = []
     total = 0
+    seen = predict(scene).ids  # in a shadow, which may be as dark as what is behind, it is another one
     for index, mesh in enumerate(scene.objects):
         if isinstance(mesh, Mesh) and len(mesh.counts):
-            depth, face, places = _wrong_triangles(scene, mesh, wrong)
-            found += [(float(d), index, int(f), p) for d, f, p in zip(depth, face, places, strict=True)]
+            found += [
+                (depth, index, face, what, at) for depth, face, what, at in _wrong_triangles(scene, mesh, wrong, seen)
+            ]
             total += int((mesh.counts - 2).sum())
     taken = np.zeros(wrong.shape, np.bool_)
     gone: dict[int, set[int]] = {}
     count = 0
-    for _, index, triangle, places in sorted(found, key=lambda each: each[:3]):  # the nearest one is what was seen
+    shown: dict[int, dict[int, int]] = {}  # at an object's silhouette what is behind it is seen: whose is what is seen
+    for _, index, _, what, places in found:
+        by = shown.setdefault(what, {})
+        by[index] = by.get(index, 0) + len(places)
+    for _, index, triangle, what, places in sorted(found, key=lambda each: each[:3]):  # the nearest one was seen
         x, y = places.T
-        if taken[y, x].mean() < 0.5:
+        if index == max(shown[what], key=lambda each, of=what: shown[of][each]) and taken[y, x].mean() < 0.5:  # type: ignore[misc]
             taken[y, x] = True
             gone.setdefault(index, set()).add(triangle)
             count += 1
     if not count or count > max(1.0, MOST_MISSING * total):
         return None
     paths = ", ".join(scene.objects[index].path for index in gone)
-    what = "a triangle" if count == 1 else f"{count} triangles"
+    said = "a triangle" if count == 1 else f"{count} triangles"
     return Model(
         name="face_missing",
         kind="fault",
-        claim=f"{what} of {paths} {'is' if count == 1 else 'are'} missing",
+        claim=f"{said} of {paths} {'is' if count == 1 else 'are'} missing",
         cites=_STAGE,
         edit=_without({index: frozenset(each) for index, each in gone.items()}),
     )
@@ -169,22 +180,62 @@ def _largest_missing(scene: Scene) -> Scene:
     return _without({largest[1]: frozenset({largest[2]})})(scene)
 
 
-def _wrong_triangles(scene: Scene, mesh: Mesh, wrong: Bools) -> tuple[Floats, npt.NDArray[np.intp], list[Floats]]:
-    """Depths, numbers and places (x, y) of the triangles of ``mesh`` most of whose places are ``wrong``."""
+def _wrong_triangles(
+    scene: Scene, mesh: Mesh, wrong: Bools, seen_there: Ints
+) -> Iterator[tuple[float, int, int, Ints]]:
+    """Depth, number, what is seen and places (x, y) of each triangle of ``mesh`` whose visible places are ``wrong``.
+
+    What is seen where most of a triangle's places are wrong (``seen_there``, a number for each surface) is taken for
+    the triangle; where something else is seen, that hides it.
+    """
     corners = triangulate(mesh).points
     seen, depth = projected(scene, corners)
     one, other = seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0]
     area = 0.5 * np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
+    behind = depth.min(axis=1) <= 0
+    large = (depth.max(axis=1) > 0) & (behind | (area > LARGE))
     at = seen[:, :1] + WITHIN[:, :1] * one[:, None] + WITHIN[:, 1:] * other[:, None]
-    x, y = (np.floor(each).astype(np.int64) for each in (at[..., 0], at[..., 1]))
     height, width = wrong.shape
-    inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-    hit = inside & wrong[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)]
-    good = (depth.min(axis=1) > 0) & (area >= SMALLEST) & inside.any(axis=1)
-    good &= hit.sum(axis=1) >= MISSED * np.maximum(inside.sum(axis=1), 1)
-    number = np.flatnonzero(good)
-    places = [np.stack([x[each][inside[each]], y[each][inside[each]]], axis=1) for each in number]
-    return depth[number].mean(axis=1), number, places
+    inside = (at >= 0).all(axis=2) & (at[..., 0] < width) & (at[..., 1] < height)
+    x, y = (np.where(inside, each, 0).astype(np.int64) for each in (at[..., 0], at[..., 1]))
+    hit = inside & wrong[y, x]
+    small = ~behind & ~large & (area >= SMALLEST) & hit.any(axis=1)
+    small &= hit.sum(axis=1) >= VISIBLE * inside.sum(axis=1)
+    for each in np.flatnonzero(small | large):
+        if large[each]:
+            column, row = _covered(scene, corners[each])
+        else:
+            column, row = x[each][inside[each]], y[each][inside[each]]
+        bad = wrong[row, column]
+        if not bad.any() or bad.mean() < VISIBLE:
+            continue
+        ids = seen_there[row, column]
+        values, counts = np.unique(ids[bad], return_counts=True)
+        own = ids == values[counts.argmax()]
+        if bad[own].mean() >= MISSED:
+            nearness = float(np.maximum(depth[each], 0.0).mean())
+            yield nearness, int(each), int(ids[own][0]), np.stack([column[own], row[own]], axis=1)
+
+
+def _covered(scene: Scene, triangle: Floats) -> tuple[Ints, Ints]:
+    """The pixels (columns, rows) whose centres' rays meet ``triangle`` (3, 3), which may reach behind the camera."""
+    camera = scene.camera
+    right, up, back, eye = (camera.to_world[i, :3] for i in range(4))
+    row, column = np.divmod(np.arange(scene.width * scene.height), scene.width)
+    across = (2.0 * (column + 0.5) / scene.width - 1.0) * camera.tan_x
+    high = (1.0 - 2.0 * (row + 0.5) / scene.height) * camera.tan_y
+    # eye + t ray = first + u one + v other, by Cramer's rule
+    ray = across[:, None] * right + high[:, None] * up - back
+    one, other, start = triangle[1] - triangle[0], triangle[2] - triangle[0], eye - triangle[0]
+    normal = np.cross(one, other)
+    slope = ray @ normal
+    slope = np.where(np.abs(slope) > 1e-300, slope, 1e-300)
+    t = -(start @ normal) / slope
+    point = start + t[:, None] * ray
+    size = max(float(normal @ normal), 1e-300)
+    u, v = np.cross(point, other) @ normal / size, np.cross(one, point) @ normal / size
+    met = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0)
+    return column[met].astype(np.int64), row[met].astype(np.int64)
 
 
 def _without(gone: dict[int, frozenset[int]]) -> Edit:

@@ -128,9 +128,7 @@ def _negated(kind: str) -> Callable[[Light], Light]:
     def change(light: Light) -> Light:
         if light.kind != kind:
             return light
-        return replace(
-            light, position=_tuple(-np.array(light.position)), direction=_tuple(-np.array(light.direction))
-        )
+        return replace(light, position=_tuple(-np.array(light.position)), direction=_tuple(-np.array(light.direction)))
 
     return change
 

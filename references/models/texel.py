@@ -34,7 +34,9 @@ def models(scene: Scene) -> Iterator[Model]:
     if any(scene.textures[each].colour_space == "sRGB" for each in used):
         claim = f"the texture is decoded by the power {POWER}, not by sRGB's curve"
         changes.append(("texture_decoded_by_power", claim, _textures(_by_power)))
-    changes.append(("texture_nearest", "the nearest texel is taken, where bilinear lookup is declared", _textures(_nearest)))
+    changes.append(
+        ("texture_nearest", "the nearest texel is taken, where bilinear lookup is declared", _textures(_nearest))
+    )
     for name, claim, edit in changes:
         yield Model(name=name, kind="fault", claim=claim, cites=_USD, edit=edit)
 
