@@ -225,8 +225,9 @@ def refined_shift(mean: Floats, value: Floats, start: tuple[float, float]) -> tu
             step = np.linalg.solve(normal, terms.T @ (off * weight))
             left = np.abs(off - terms @ step)
             # of what is left where there is an edge: half of most pictures is black and left with nothing
-            scale = 1.345 * 1.4826 * float(np.median(left[left > 1e-6 * float(a.max())])) if left.any() else 0.0
-            weight = np.minimum(1.0, scale / np.maximum(left, 1e-30)) if scale > 0 else weight
+            told = left[left > 1e-6 * float(a.max())]
+            scale = 1.345 * 1.4826 * float(np.median(told)) if told.size else math.inf
+            weight = np.minimum(1.0, scale / np.maximum(left, 1e-30))
         x, y = x + float(np.clip(step[0], -0.5, 0.5)), y + float(np.clip(step[1], -0.5, 0.5))
         if max(abs(x - start[0]), abs(y - start[1])) > 1.5 or not math.isfinite(x + y):
             return start

@@ -15,7 +15,17 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import Admissible, residual
-from notabug.metrics.causes import SAME_SHIFT, Cause, causes, find_shifts, refined_shift, shift_numbers, without_border
+from notabug.metrics.causes import (
+    SAME_SHIFT,
+    Cause,
+    brought_in,
+    causes,
+    find_shifts,
+    refined_shift,
+    shift_numbers,
+    shifted,
+    without_border,
+)
 from notabug.metrics.channels import largest, total
 from notabug.metrics.explain import (
     LARGEST_SET,
@@ -33,7 +43,7 @@ from notabug.metrics.explain import (
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import nuisance
 from notabug.metrics.significance import Significance, significance
-from notabug.references.models.camera import on_half, pixel_shift
+from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
@@ -55,7 +65,8 @@ EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may l
 WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
 NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
 LADEN = 1.1  # of two names that leave nothing, by how much a limitation more must lower the misfit
-SHARPENED = 4  # vectors of a shift that are predicted in full
+SHARPENED = 3  # vectors of a shift that are predicted in full, and one more
+ROUGHLY = 0.3  # pixels by which a shift may be mistaken where edges are aliased
 BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
 
 RARE = frozenset({"geometry_mirrored"})
@@ -253,26 +264,41 @@ def _moved_rays(bug: _Bug) -> Iterator[Name]:
     """
     mean = bug.measured.mean
     height, width = mean.shape[:2]
-    for base in {id(each): each for each in (bug.predict(()), bug.found.target)}.values():
-        for right, down in find_shifts(mean, base.value):
-            vectors = [(right, down)]
-            if on_half(right) and on_half(down):
-                vectors = [(_half(right), _half(down)), *vectors]
-            for step, vector in enumerate(vectors):
-                model = pixel_shift(width, height, *vector)
-                if bug.likeness(model) > HOPE * bug.glance(bug.predict(()).value):
-                    break
-                found = list(_ray_names(bug, model, vector))
-                yield from found
-                if min((each.remains for each in found), default=1.0) <= NOTHING:
-                    return
-                left = refined_shift(mean, bug.predict((model,)).value, (0.0, 0.0))
-                if step + 1 == len(vectors) and max(map(abs, left)) > SAME_SHIFT and len(vectors) < SHARPENED:
-                    vectors.append((vector[0] + left[0], vector[1] + left[1]))
+    bases = {id(each): each for each in (bug.predict(()), bug.found.target)}.values()
+    found = [each for base in bases for each in find_shifts(mean, base.value)]
+    halves = [(x, y) for x in (0.0, -0.5, 0.5) for y in (0.0, -0.5, 0.5) if x or y]
+    near = [each for each in halves if any(max(abs(each[0] - x), abs(each[1] - y)) < ROUGHLY for x, y in found)]
+    ranked = [(_left_by(bug, each), each) for each in dict.fromkeys((*near, *found))]
+    vectors = [each for left, each in sorted(ranked) if left < HOPE][:SHARPENED]
+    for place, vector in enumerate(vectors):
+        model = pixel_shift(width, height, *vector)
+        names = list(_ray_names(bug, model, vector))
+        yield from names
+        if min((each.remains for each in names), default=1.0) <= NOTHING:
+            return
+        left = refined_shift(mean, bug.predict((model,)).value, (0.0, 0.0))
+        if place == 0 and max(map(abs, left)) > SAME_SHIFT:  # full pictures tell it better than blurred ones
+            vectors.insert(1, (vector[0] + left[0], vector[1] + left[1]))
 
 
-def _half(pixels: float) -> float:
-    return round(2.0 * pixels) / 2.0 + 0.0
+def _left_by(bug: _Bug, vector: tuple[float, float]) -> float:
+    """The share of the picture's misfit that a shift leaves, by what tells it best.
+
+    Quick pictures tell it of what is smooth, and of edges where one sample a pixel is taken; of blurred edges the moved
+    reference does.
+    """
+    reference = bug.predict(())
+    height, width = reference.edge.shape
+    quick = guessed((pixel_shift(width, height, *vector),), bug.predict, bug.preview)
+    shares = []
+    for value in (quick, shifted(reference.value, *vector)):
+        for part in (~reference.edge, ~brought_in(reference.edge.shape, *vector)):
+            was, left = (
+                float(np.minimum(np.abs(bug.measured.mean - each) / bug.scale, CLIP)[part].sum())
+                for each in (reference.value, value)
+            )
+            shares.append(left / was if was > 0 else math.inf)
+    return min(shares)
 
 
 def _ray_names(bug: _Bug, model: Model, vector: tuple[float, float]) -> Iterator[Name]:
