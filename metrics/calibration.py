@@ -19,6 +19,7 @@ from scipy import ndimage
 from notabug.adapters.base import Declaration
 from notabug.metrics.causes import encoded, find_scale, find_shifts, zoomed
 from notabug.metrics.valid import invalid
+from notabug.references.models.camera import half_if_near
 from notabug.references.tracer.envelope import Envelope
 
 Floats = npt.NDArray[np.floating]
@@ -82,6 +83,7 @@ def read_card(
     if likeness < LIKE:
         return _unlike(mean, value, repeats)
     shift, scale, moved = _place(upright, value)
+    shift = (half_if_near(shift[0]), half_if_near(shift[1]))
     gain, gamma, srgb, fitted, misfit = _transfer(upright, moved)
     noise = _noise(pictures, mean)
     reading = Reading(

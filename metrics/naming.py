@@ -66,7 +66,7 @@ WORSE = 1.5  # a fault whose quick picture deviates so much more than that of on
 NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
 LADEN = 1.1  # of two names that leave nothing, by how much a limitation more must lower the misfit
 SHARPENED = 3  # vectors of a shift that are predicted in full, and one more
-ROUGHLY = 0.3  # pixels by which a shift may be mistaken where edges are aliased
+ROUGHLY = 0.55  # pixels by which a shift may be mistaken where edges are aliased
 BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
 
 RARE = frozenset({"geometry_mirrored"})

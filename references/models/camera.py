@@ -85,6 +85,11 @@ def on_half(pixels: float) -> bool:
     return min(abs(abs(pixels) - 0.5), abs(pixels)) <= HALF_SLACK
 
 
+def half_if_near(pixels: float) -> float:
+    """A measured shift, or 0 or half a pixel where it cannot be told from that."""
+    return round(2.0 * pixels) / 2.0 + 0.0 if on_half(pixels) else pixels
+
+
 def _fault(name: str, claim: str, change: Callable[[Camera], Camera]) -> Model:
     return Model(
         name=name,

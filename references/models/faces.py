@@ -26,7 +26,7 @@ MISSED = 0.8  # share of a triangle's places that are wrong where it is missing;
 VISIBLE = 0.25  # share of its places that a triangle must show at least
 LARGE = 100.0  # pixels: the area from which on every pixel of a triangle is looked at
 SMALLEST = 1.0  # pixels: the area of a triangle that can be told
-MOST_MISSING = 0.25  # share of the triangles beyond which they are not single ones
+MOST_MISSING = 0.05  # share of the triangles beyond which they are not single ones
 
 
 def models(scene: Scene) -> Iterator[Model]:
@@ -154,7 +154,7 @@ def missing(scene: Scene, wrong: Bools) -> Model | None:
             taken[y, x] = True
             gone.setdefault(index, set()).add(triangle)
             count += 1
-    if not count or count > max(1.0, MOST_MISSING * total):
+    if not count or count > max(2.0, MOST_MISSING * total):
         return None
     paths = ", ".join(scene.objects[index].path for index in gone)
     said = "a triangle" if count == 1 else f"{count} triangles"

@@ -21,8 +21,9 @@ from notabug.scenes_usd.scene import Material, Scene, Texture
 ANYWHERE = {"geometry_mirrored", "camera_moved", "field_of_view", "aspect"}
 LIGHT = ANYWHERE | {
     "light_gain", "no_shadow", "acne", "no_epsilon", "epsilon_too_large", "epsilon_not_scaled",
-    "light_colour", "light_moved", "light_up_axis", "shadow_ray_culled",
+    "light_colour", "light_moved", "light_up_axis", "light_negated", "shadow_ray_culled",
 }  # fmt: skip
+FACES = {"face_missing", "cracks"}  # of meshes; a single triangle has no cracks
 POINT = {"falloff_linear", "falloff_none", "shadow_ray_unbounded", "albedo"}  # a point light, and a plain colour
 SEVERAL = {  # objects
     "coincident_surfaces", "another_wins", "colour_of_neither", "hole", "loser_wins",
@@ -35,7 +36,7 @@ NORMALS = {
 }  # fmt: skip
 UV = {
     "affine_uv", "swapped_uv", "flipped_v", "shifted_uv",
-    "texture_decoded", "texture_encoded", "texture_channels_swapped", "texture_wrap",
+    "texture_decoded", "texture_encoded", "texture_channels_swapped", "texture_wrap", "texel_centre", "texture_nearest",
 }  # fmt: skip
 
 
@@ -66,9 +67,9 @@ def quad() -> Scene:
 
 
 def test_models_follow_from_what_a_scene_holds(make: Any, ball: Scene) -> None:
-    assert names(ball) == LIGHT | POINT | NORMALS | SEVERAL
-    assert names(replace(ball, lights=())) == ANYWHERE | SEVERAL
-    assert names(make.scene([make.rectangle()], [make.point((0, 0, 1))], ball.camera)) == LIGHT | POINT
+    assert names(ball) == LIGHT | POINT | NORMALS | SEVERAL | FACES
+    assert names(replace(ball, lights=())) == ANYWHERE | SEVERAL | FACES
+    assert names(make.scene([make.rectangle()], [make.point((0, 0, 1))], ball.camera)) == LIGHT | POINT | FACES
 
 
 @pytest.mark.parametrize(
@@ -82,7 +83,7 @@ def test_models_follow_from_what_a_scene_holds(make: Any, ball: Scene) -> None:
 )
 def test_a_split_is_named_after_its_diagonal(split: str, limitations: set[str]) -> None:
     scene = read_scene("texture/uneven_quad", {"split": split})
-    assert names(scene) == LIGHT | UV | limitations
+    assert names(scene) == LIGHT | UV | FACES | limitations
     found = [each for each in models(scene) if each.kind == "limitation" and each.name != "acne"]
     assert {each.name for each in found} == limitations
     whens = {each.when for each in found}
@@ -95,7 +96,7 @@ def test_where_a_split_moves_no_uv_there_is_none(make: Any) -> None:
     textured = Material("/Textured", (0.0, 0, 0), 0)
     camera, light = make.camera((0, 0, 4), (0, 0, 0)), make.point((0, 0, 4))
     flat = make.scene([make.rectangle(0, 1, uv=uv)], [light], camera, materials=(textured,), textures=(texture,))
-    assert names(flat) == LIGHT | POINT - {"albedo"} | UV
+    assert names(flat) == LIGHT | POINT - {"albedo"} | UV | FACES
     bent = make.rectangle(0, 1, uv=[*uv[:3], (0.2, 0.8)])
     assert "quad_split_02" in names(replace(flat, objects=(bent,)))
 
