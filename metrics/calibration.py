@@ -17,8 +17,9 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.causes import encoded, find_scale, find_shifts, shifted, zoomed
+from notabug.metrics.causes import encoded, find_scale, find_shifts, zoomed
 from notabug.metrics.valid import invalid
+from notabug.references.models.camera import half_if_near
 from notabug.references.tracer.envelope import Envelope
 
 Floats = npt.NDArray[np.floating]
@@ -29,6 +30,7 @@ FITS = 0.008  # of white: the error that the readings may leave, or they do not 
 TONES = 32  # steps of equal ratio that the values of the card are sorted into
 NOISE = 1e-4  # relative: more between seeds than rounding
 BOX = 12.0**-0.5  # pixels: the standard deviation of a pixel-wide box, the width that a box filter reads as
+BLURRED = 0.5  # of the difference at edges that a blur may leave, or it is no blur
 WIDTH = {"point": 0.35, "box": 0.4, "tent": 0.6}  # pixels: the widest that may be called so
 
 _TURNS = {"": (1, 1), "upside_down": (-1, 1), "mirrored": (1, -1), "rotated": (-1, -1)}
@@ -68,7 +70,7 @@ def read_card(
     pictures: Sequence[Floats], card: Envelope, declaration: Declaration, repeats: bool | None = None
 ) -> Reading:
     """Read ``pictures`` (seeds, each (h, w, 3) linear) of the scene whose reference is ``card``."""
-    value = np.asarray(card.mean, np.float64)
+    value = np.asarray(card.point if declaration.filter == "point" else card.mean, np.float64)
     wrong = invalid(pictures, *value.shape[:2])
     if wrong is not None:
         return Reading(repeats=repeats, causes=(wrong.name,), sentence=wrong.message)
@@ -79,10 +81,9 @@ def read_card(
     down, across = _TURNS[orientation]
     upright = mean[::down, ::across][..., ["rgb".index(each) for each in channels]]
     if likeness < LIKE:
-        return Reading(
-            repeats=repeats, sentence="the picture is not one of the card: does the renderer read the scene?"
-        )
+        return _unlike(mean, value, repeats)
     shift, scale, moved = _place(upright, value)
+    shift = (half_if_near(shift[0]), half_if_near(shift[1]))
     gain, gamma, srgb, fitted, misfit = _transfer(upright, moved)
     noise = _noise(pictures, mean)
     reading = Reading(
@@ -107,10 +108,20 @@ def read_card(
     )
 
 
+def _unlike(mean: Floats, value: Floats, repeats: bool | None) -> Reading:
+    """The reading of a picture that no turn makes the card: its two axes are exchanged, or it is another one."""
+    if mean.shape[0] == mean.shape[1] and _orientation(mean.swapaxes(0, 1), value)[0] >= LIKE:
+        what = "u and v of the texture, or the picture's rows and columns, are exchanged"
+        return Reading(repeats=repeats, causes=("axes_exchanged",), sentence=f"the card lies on its side: {what}")
+    what = "the picture is not one of the card: does the renderer read the scene?"
+    return Reading(repeats=repeats, causes=("not_the_card",), sentence=what)
+
+
 def _blank(mean: Floats, value: Floats, repeats: bool | None) -> Reading:
     if float(mean.max()) < 1e-3 * float(value.max()):
         return Reading(repeats=repeats, causes=("black",), sentence="the picture is black: no light, object or camera")
-    return Reading(repeats=repeats, sentence="the picture is of one colour: the card is not in view")
+    what = "the picture is of one colour: the card is not in view, or not lit"
+    return Reading(repeats=repeats, causes=("one_colour",), sentence=what)
 
 
 def _faults(reading: Reading, declaration: Declaration) -> list[tuple[str, str]]:
@@ -180,7 +191,7 @@ def _place(mean: Floats, value: Floats) -> tuple[tuple[float, float], float, Flo
     scaled = value * gain
     tried: list[tuple[float, tuple[float, float], float, Floats]] = [(_misfit(mean, scaled), (0.0, 0.0), 1.0, value)]
     for dx, dy in find_shifts(mean, scaled):
-        moved = shifted(value, dx, dy)
+        moved = np.asarray(ndimage.shift(value, (dy, dx, 0), order=3, mode="nearest"))  # bilinear would blur it
         tried.append((_misfit(mean, moved * gain), (dx, dy), 1.0, moved))
     scale = find_scale(mean, scaled)
     if scale is not None:
@@ -232,10 +243,12 @@ def _smooth(value: Floats) -> npt.NDArray[np.bool_]:
 
 def _width(mean: Floats, value: Floats) -> float:
     """The standard deviation of the filter: of the Gaussian that, over the box that ``value`` has, fits ``mean``."""
-    widths = np.linspace(0.0, 2.4, 13)
+    widths = np.linspace(0.0, 2.4, 25)
     misfits = [_misfit(mean, ndimage.gaussian_filter(value, (each, each, 0))) for each in widths]
-    extra = float(widths[int(np.argmin(misfits))])
-    return math.hypot(BOX, extra)
+    best = int(np.argmin(misfits))
+    if best == len(widths) - 1 or misfits[best] > BLURRED * misfits[0]:  # dots are no blur, though a blur hides them
+        return BOX
+    return math.hypot(BOX, float(widths[best]))
 
 
 def _noise(pictures: Sequence[Floats], mean: Floats) -> float:

@@ -6,25 +6,37 @@ Each is a change of what is admissible. The one after which the picture fits is 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible
+from notabug.metrics.neighbours import Bools
 from notabug.metrics.noise import Measured
+from notabug.references.models.camera import shift_message
 
 Floats = npt.NDArray[np.floating]
+
+POWER = 2.2  # the exponent that is widely used in the place of sRGB's curve
+LEAST_SHIFT = 0.05  # pixels: what aliased edges alone can fake is larger; a smaller shift is none
+SAME_SHIFT = 0.02  # pixels between two shifts that are tried as one
+SHIFTS_TRIED = 2  # of those found, those that fit best
+FARTHEST = 0.25  # of the picture's smaller side: a larger shift is another picture
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cause:
-    """A named change of the whole picture: from the set that is admissible without it to the one under it."""
+    """A named change of the whole picture: from the set that is admissible without it to the one under it.
+
+    ``numbers`` are what the verdict then prints in the place of those that only a picture without a bug leg has.
+    """
 
     name: str
     message: str
     under: Callable[[Admissible], Admissible]
+    numbers: Mapping[str, float] = field(default_factory=dict)
 
 
 def changed(to: Admissible, change: Callable[[Floats], Floats]) -> Admissible:
@@ -43,6 +55,21 @@ def encoded(linear: Floats) -> Floats:
 
 def _cause(name: str, message: str, change: Callable[[Floats], Floats]) -> Cause:
     return Cause(name, message, lambda to: changed(to, change))
+
+
+def decoded(values: Floats) -> Floats:
+    """The linear values of sRGB-encoded ones, clipped to [0, 1]."""
+    x = np.clip(values, 0.0, 1.0)
+    return np.where(x <= 0.04045, x / 12.92, np.power((x + 0.055) / 1.055, 2.4))
+
+
+def shift_numbers(dx: float, dy: float) -> dict[str, float]:
+    """The numbers of a verdict that tell of a shift."""
+    return {"shift_x": dx, "shift_y": dy}
+
+
+def _shift(mean: Floats, dx: float, dy: float) -> Callable[[Admissible], Admissible]:
+    return lambda to: without_border(changed(to, lambda a: shifted(a, dx, dy)), mean, dx, dy)
 
 
 def _encoded(to: Admissible) -> Admissible:
@@ -66,9 +93,20 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
         "the picture looks sRGB-encoded, expected linear (write linear values or declare --encoding srgb)",
         _encoded,
     )
+    # The two curves lie near each other, so a picture that went through one and came back by the other looks right.
+    yield _cause(
+        "decoded_by_power",
+        f"an sRGB-encoded picture was decoded by the power {POWER}, not by sRGB's curve",
+        lambda a: np.power(encoded(a), POWER),
+    )
+    yield _cause(
+        "encoded_by_power",
+        f"a picture that is decoded by sRGB's curve was encoded by the power 1/{POWER}",
+        lambda a: decoded(np.power(np.maximum(a, 0.0), 1.0 / POWER)),
+    )
     gain = _median_ratio(mean, to.value, bright)
     if gain is not None:
-        yield _cause("light_gain", gain_message(gain), lambda a: a * gain)
+        yield replace(_cause("light_gain", gain_message(gain), lambda a: a * gain), numbers={"gain": gain})
     top = _top(mean, to.value)
     if top is not None:
         yield _cause("clamped", f"values are cut off at {top:.4g}", lambda a: np.minimum(a, top))
@@ -78,11 +116,7 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
             "gamma", f"values are raised to the power {gamma:.3f}", lambda a: np.power(np.maximum(a, 0.0), gamma)
         )
     for dx, dy in find_shifts(mean, to.value):
-        yield _cause(
-            "pixel_shift",
-            f"the picture is shifted by ({dx:+.2f}, {dy:+.2f}) pixels (right, down)",
-            lambda a, dx=dx, dy=dy: shifted(a, dx, dy),  # type: ignore[misc]
-        )
+        yield Cause("pixel_shift", shift_message(dx, dy), _shift(mean, dx, dy), shift_numbers(dx, dy))
     scale = find_scale(mean, to.value)
     if scale is not None:
         yield _cause(
@@ -141,7 +175,7 @@ def _gamma(mean: Floats, value: Floats, bright: float) -> float | None:
 
 
 def find_shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
-    """Shifts (right, down) in pixels worth trying, by phase correlation: to the pixel, and to a twentieth."""
+    """Shifts (right, down) in pixels worth trying: phase correlation's and none at all, each refined on the picture."""
     from scipy import ndimage
     from skimage.registration import phase_cross_correlation
 
@@ -149,10 +183,75 @@ def find_shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
     a, b = (np.hypot(*(ndimage.sobel(each.sum(axis=2), axis) for axis in (0, 1))) for each in (value, mean))
     if np.ptp(a) == 0 or np.ptp(b) == 0:
         return
+    starts = [(0.0, 0.0)]
     for upsample in (1, 20):
         move, _, _ = phase_cross_correlation(b, a, upsample_factor=upsample, normalization=None)
-        if 0.05 < max(abs(move)) < 0.25 * min(a.shape):
-            yield float(move[1]), float(move[0])
+        starts.append((float(move[1]), float(move[0])))
+    refined = [refined_shift(mean, value, each) for each in dict.fromkeys(starts)]
+    ranked: list[tuple[float, tuple[float, float]]] = []
+    for found in (*refined, *starts):
+        new = all(max(abs(found[0] - x), abs(found[1] - y)) > SAME_SHIFT for _, (x, y) in ranked)
+        if new and LEAST_SHIFT < max(map(abs, found)) < FARTHEST * min(a.shape):
+            off = np.abs(shifted(value, *found) - mean)[~brought_in(a.shape, *found)]
+            ranked.append((float(off.mean()), found))
+    for _, found in sorted(ranked)[:SHIFTS_TRIED]:
+        yield found
+
+
+def refined_shift(mean: Floats, value: Floats, start: tuple[float, float]) -> tuple[float, float]:
+    """The shift (right, down) near ``start`` by which ``value`` fits ``mean`` best, a gain aside: by Gauss and Newton.
+
+    Pixels that differ most, an artifact or a limitation, weigh less (Huber), and the border that the shift brings in
+    has no say. Where it leads away from ``start`` by more than a pixel, ``start`` was better.
+    """
+    from scipy import ndimage
+
+    a, b = (np.asarray(each.sum(axis=2), np.float64) for each in (value, mean))
+    x, y = start
+    coefficients = ndimage.spline_filter(
+        a, order=3
+    )  # bilinear blurs by what it moves, which pulls towards whole pixels
+    for _ in range(8):
+        moved = ndimage.shift(coefficients, (y, x), order=3, mode="nearest", prefilter=False)
+        inner = ~brought_in(a.shape, x, y)
+        down, right = np.gradient(moved)
+        terms = np.stack([each[inner] for each in (-right, -down, moved)], axis=1)
+        off = (b - moved)[inner]
+        weight = np.ones_like(off)
+        step: Floats = np.zeros(3)
+        for _ in range(3):
+            normal = terms.T @ (terms * weight[:, None])
+            normal += 1e-9 * max(float(np.trace(normal)), 1e-30) * np.eye(3)
+            step = np.linalg.solve(normal, terms.T @ (off * weight))
+            left = np.abs(off - terms @ step)
+            # of what is left where there is an edge: half of most pictures is black and left with nothing
+            told = left[left > 1e-6 * float(a.max())]
+            scale = 1.345 * 1.4826 * float(np.median(told)) if told.size else math.inf
+            weight = np.minimum(1.0, scale / np.maximum(left, 1e-30))
+        x, y = x + float(np.clip(step[0], -0.5, 0.5)), y + float(np.clip(step[1], -0.5, 0.5))
+        if max(abs(x - start[0]), abs(y - start[1])) > 1.5 or not math.isfinite(x + y):
+            return start
+        if max(abs(step[:2])) < 1e-3:
+            break
+    return x, y
+
+
+def brought_in(shape: tuple[int, ...], right: float, down: float) -> Bools:
+    """The pixels (h, w) at the border that a shift brings in from outside, of which nothing is known."""
+    result = np.zeros(shape[:2], np.bool_)
+    x, y = (math.ceil(abs(each) - SAME_SHIFT) + 1 if abs(each) > SAME_SHIFT else 0 for each in (right, down))
+    result[:, : x if right > 0 else 0] = True
+    result[:, shape[1] - (x if right < 0 else 0) :] = True
+    result[: y if down > 0 else 0] = True
+    result[shape[0] - (y if down < 0 else 0) :] = True
+    return result
+
+
+def without_border(to: Admissible, mean: Floats, right: float, down: float) -> Admissible:
+    """``to``, which admits whatever ``mean`` (h, w, 3) shows at the border that a shift brings in."""
+    border = brought_in(to.edge.shape, right, down)[..., None]
+    value, lo, hi = (np.where(border, mean, each) for each in (to.value, to.lo, to.hi))
+    return replace(to, value=value, lo=lo, hi=hi)
 
 
 def find_scale(mean: Floats, value: Floats) -> float | None:

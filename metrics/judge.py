@@ -17,9 +17,10 @@ from notabug.metrics.channels import pixels, put
 from notabug.metrics.explain import Explanation, admitted, explain
 from notabug.metrics.hesitation import hesitation
 from notabug.metrics.leeway import leeway
-from notabug.metrics.naming import UNNAMED, Name, Others, name_bug
+from notabug.metrics.naming import UNNAMED, Name, Others, name_bug, possible
 from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import TILE, Measured, measure
+from notabug.metrics.nuisance import untold_gain
 from notabug.metrics.valid import LARGEST, box, finite, invalid
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.model import Model, models
@@ -107,11 +108,16 @@ def judge(
     findings: tuple[Finding, ...] = ()
     word: Word
     undecided = hesitation(measured, found, predicted, open_to, scene, declaration, len(pictures))
+    undecided = undecided or ("" if found.triggers else untold_gain(found.nuisance))
     considered = {key[0][0]: to.value for key, to in sets.items() if len(key) == 1}
+    if undecided:
+        word, message = "inconclusive", undecided
+        findings = () if found.triggers else _limitations(found, declaration)  # seen through the noise
+    elif found.triggers:
         name = UNNAMED
         if naming:
             faults = [each.under(declaration) for each in known if each.kind == "fault" and each.open_to(declaration)]
-            name = name_bug(measured, found, faults, open_to, predicted, previewed, others)
+            name = name_bug(measured, found, possible(faults, declaration), open_to, predicted, previewed, others)
         if name.name == "unexplained":
             name = _global_name(found) or name
         bug = _bug(name, found)
@@ -122,7 +128,13 @@ def judge(
         word = "limitation" if any(each.kind == "limitation" for each in findings) else "pass"
         message = "; ".join(each.message for each in findings)
     judgement = Judgement(
-        Verdict(word, findings, triggers=found.triggers, message=message, numbers=_numbers(measured, found, reference)),
+        Verdict(
+            word,
+            findings,
+            triggers=found.triggers,
+            message=message,
+            numbers=_numbers(measured, found, reference) | dict(name.numbers if word == "bug" and name else {}),
+        ),
         measured.mean,
         reference.value,
         found.nearest,

@@ -7,16 +7,28 @@ likeliest are then fitted in full, those that come in all strengths at the stren
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import Admissible, residual
-from notabug.metrics.causes import Cause, causes
+from notabug.metrics.causes import (
+    SAME_SHIFT,
+    Cause,
+    brought_in,
+    causes,
+    find_shifts,
+    refined_shift,
+    shift_numbers,
+    shifted,
+    without_border,
+)
 from notabug.metrics.channels import largest, total
 from notabug.metrics.explain import (
+    LARGEST_SET,
     LEAST_TOUCHED,
     Explanation,
     Predict,
@@ -31,6 +43,7 @@ from notabug.metrics.explain import (
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import nuisance
 from notabug.metrics.significance import Significance, significance
+from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
@@ -42,14 +55,24 @@ NOTHING = 0.02  # what a name leaves where two renderers see different surfaces 
 OTHER = 0.7  # and below which they do not
 LIKELY = 6  # faults that are fitted in full
 ALIKE = 0.3  # correlation of the changes below which a fault is not tried
+LEAST_ALIKE, FEW = 0.1, 2  # and below which it is not even where fewer faults than FEW are more alike
 CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight would decide
 CHOICE, FREE = 0.05, 1.1  # what a local fault's misfit is raised by, for it may choose at each pixel, in noise too
 NEARLY = 0.03  # a strength that leaves this is good enough
+SHORTER = 0.9  # of the bug leg that a further limitation may leave, or it is not one more
 HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried beside limitations
 EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may leave which no fault need be tried after
 WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
 NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
+LADEN = 1.1  # of two names that leave nothing, by how much a limitation more must lower the misfit
+SHARPENED = 3  # vectors of a shift that are predicted in full, and one more
+ROUGHLY = 0.55  # pixels by which a shift may be mistaken where edges are aliased
 BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
+
+RARE = frozenset({"geometry_mirrored"})
+"""Faults that are tried after others that look alike: a mirrored floor shows what a flipped texture shows."""
+OF_RAYS = frozenset({"acne", "start", "epsilon", "shadow_rays", "retroreflection", "unreversed", "lost_reflection"})
+"""Switches of faults that only a renderer can have that follows rays from one surface to the next."""
 
 Others = Callable[[], Iterable[tuple[str, Floats]]]
 """References of other scenes of the same size: (name, (h, w, 3))."""
@@ -61,6 +84,7 @@ class Name:
 
     ``fitted`` is the explanation by that fault and the limitations beside it, None where nothing is beside it. A name
     for what is wrong with the ``whole`` picture is no model of a fault. ``glance`` is the misfit of quick pictures.
+    ``numbers`` are those of the verdict that the name knows better than a fit of the whole picture: a shift, a gain.
     ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
     fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
     One that may show ``anything`` is told where no other is left.
@@ -75,6 +99,12 @@ class Name:
     anything: bool = False
     whole: bool = False
     glance: float = math.inf
+    numbers: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def laden(self) -> int:
+        """How many limitations and conventions are needed beside the name."""
+        return 0 if self.fitted is None else sum(bool(each.any()) for each in self.fitted.alphas.values())
 
     def over(self, exact: float) -> bool:
         """Whether it leaves no bug leg, and no more misfit than ``exact``."""
@@ -104,18 +134,39 @@ def name_bug(
     bug = _Bug(measured, found, limitations, predict, preview, _scale(measured, reference))
     exact = EXACT * min(1.0, bug.misfit(found.target))  # what leaves less leaves nothing for another to explain
     best = _best(None, _whole(bug), exact, noisy=measured.noisy)
+    if best is None or not best.over(exact):
+        best = _best(best, _moved_rays(bug), exact, noisy=measured.noisy)
     for fault in () if best and best.over(exact) else likely(measured, found, faults, predict, preview):
         glance = bug.likeness(fault)
         if best is None or glance < best.hope(exact):
             names = (replace(each, glance=glance) for each in _fitted(bug, fault))
             best = _best(best, names, exact, noisy=measured.noisy)
     if best is not None:
-        return best
+        return _of_two(bug, best, faults)
     if _alike(measured.mean, reference.value) < OTHER:
         likeness, name = max(((_alike(measured.mean, each), name) for name, each in others()), default=(0.0, ""))
         if likeness > SAME:
             return Name("wrong_scene", f"this is a picture of {name}", 0.0)
     return UNNAMED
+
+
+def possible(faults: Iterable[Model], declaration: Declaration) -> list[Model]:
+    """Those of ``faults`` that a renderer can have: without rays that start on surfaces none of theirs is told."""
+    rays = declaration.hit_error > 0.0 and declaration.depth in ("", "unknown")
+    return [each for each in faults if rays or OF_RAYS.isdisjoint(each.options)]
+
+
+def _of_two(bug: _Bug, best: Name, faults: Sequence[Model]) -> Name:
+    """``best``, or the fault of the texture that gives the very same picture where the whole one is upside down."""
+    for fault in faults if best.name == "upside_down" else ():
+        if fault.name == "flipped_v" and bug.glance(guessed((fault,), bug.predict, bug.preview)) < HOPE * bug.glance(
+            bug.predict(()).value
+        ):
+            fitted = fit(bug.measured, (), bug.predict, (fault,))
+            if _remains(bug, fitted) <= NOTHING:
+                claim = f"{fault.claim}, or the picture is upside down: in this scene the two look alike"
+                return replace(_named(bug, fault, fitted), message=claim)
+    return best
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -175,7 +226,8 @@ def _better(each: Name, best: Name, *, noisy: bool) -> bool:
             return fixed is each
     if each.freedom and best.freedom:
         return (max(each.remains, NOTHING), each.freedom) < (max(best.remains, NOTHING), best.freedom)
-    return each.misfit < BETTER * best.misfit
+    burden = LADEN ** (each.laden - best.laden) if max(each.remains, best.remains) <= NOTHING else 1.0
+    return each.misfit * burden < BETTER * best.misfit
 
 
 def _whole(bug: _Bug) -> Iterator[Name]:
@@ -192,7 +244,9 @@ def _whole(bug: _Bug) -> Iterator[Name]:
                 still = bool(nuisance(measured, target, np.zeros(target.edge.shape, np.bool_)).triggers)
             remains = bug.remains(left, still=still)
             glance = bug.glance(target.value)
-            yield Name(cause.name, cause.message, remains, bug.misfit(target), whole=True, glance=glance)
+            yield Name(
+                cause.name, cause.message, remains, bug.misfit(target), whole=True, glance=glance, numbers=cause.numbers
+            )
             if remains < nearest[0]:
                 nearest = (remains, cause)
     if nearest[1] is not None and nearest[0] > 0.0:  # what it leaves may be a limitation, which it has moved as well
@@ -200,38 +254,126 @@ def _whole(bug: _Bug) -> Iterator[Name]:
         beside = explain(measured, bug.limitations, lambda chosen: cause.under(predict(chosen)))
         if not beside.triggers:
             misfit, glance = bug.misfit(beside.target), bug.glance(beside.target.value)
-            yield Name(cause.name, cause.message, 0.0, misfit, beside, whole=True, glance=glance)
+            yield Name(cause.name, cause.message, 0.0, misfit, beside, whole=True, glance=glance, numbers=cause.numbers)
+
+
+def _moved_rays(bug: _Bug) -> Iterator[Name]:
+    """How well rays beside their pixels fit, where moving the reference brings it nearer to the picture.
+
+    A moved picture only resembles that: at every edge it is a blend of two pixels, which leaves a bug leg of its own.
+    """
+    mean = bug.measured.mean
+    height, width = mean.shape[:2]
+    bases = {id(each): each for each in (bug.predict(()), bug.found.target)}.values()
+    found = [each for base in bases for each in find_shifts(mean, base.value)]
+    halves = [(x, y) for x in (0.0, -0.5, 0.5) for y in (0.0, -0.5, 0.5) if x or y]
+    near = [each for each in halves if any(max(abs(each[0] - x), abs(each[1] - y)) < ROUGHLY for x, y in found)]
+    ranked = [(_left_by(bug, each), each) for each in dict.fromkeys((*near, *found))]
+    vectors = [each for left, each in sorted(ranked) if left < HOPE][:SHARPENED]
+    for place, vector in enumerate(vectors):
+        model = pixel_shift(width, height, *vector)
+        names = list(_ray_names(bug, model, vector))
+        yield from names
+        if min((each.remains for each in names), default=1.0) <= NOTHING:
+            return
+        left = refined_shift(mean, bug.predict((model,)).value, (0.0, 0.0))
+        if place == 0 and max(map(abs, left)) > SAME_SHIFT:  # full pictures tell it better than blurred ones
+            vectors.insert(1, (vector[0] + left[0], vector[1] + left[1]))
+
+
+def _left_by(bug: _Bug, vector: tuple[float, float]) -> float:
+    """The share of the picture's misfit that a shift leaves, by what tells it best.
+
+    Quick pictures tell it of what is smooth, and of edges where one sample a pixel is taken; of blurred edges the moved
+    reference does.
+    """
+    reference = bug.predict(())
+    height, width = reference.edge.shape
+    quick = guessed((pixel_shift(width, height, *vector),), bug.predict, bug.preview)
+    shares = []
+    for value in (quick, shifted(reference.value, *vector)):
+        for part in (~reference.edge, ~brought_in(reference.edge.shape, *vector)):
+            was, left = (
+                float(np.minimum(np.abs(bug.measured.mean - each) / bug.scale, CLIP)[part].sum())
+                for each in (reference.value, value)
+            )
+            shares.append(left / was if was > 0 else math.inf)
+    return min(shares)
+
+
+def _ray_names(bug: _Bug, model: Model, vector: tuple[float, float]) -> Iterator[Name]:
+    mean = bug.measured.mean
+
+    def bordered(chosen: tuple[Model, ...]) -> Admissible:
+        return without_border(bug.predict(chosen), mean, *vector)
+
+    for each in _fitted(replace(bug, predict=bordered), model):
+        yield replace(each, glance=bug.likeness(model), numbers=shift_numbers(*vector))
 
 
 def _fitted(bug: _Bug, fault: Model) -> Iterator[Name]:
     """How well ``fault`` fits: alone, beside limitations, closer to the strength that fits, and here and there."""
     measured, found, predict = bug.measured, bug.found, bug.predict
-    bare: Explanation | None = None
+    if fault.local and fault.rule == "set" and not _touches(measured, found.target, predict((fault,))):
+        return
+    bare = nearest = fit(measured, (), predict, (fault,))
+    yield _named(bug, fault, bare)
     closer = fault
-    for models in dict.fromkeys(((), found.models, *((each,) for each in bug.limitations))):
-        if bare is not None and models != found.models and not _useful(bare, fault, models, predict, bug.preview):
-            continue
-        fitted = fit(measured, models, predict, (fault,))
-        bare = bare or fitted
-        left = fitted.significance
-        remains = bug.remains(left, still=bool(fitted.triggers))
-        off = bug.misfit(fitted.target)
-        if fault.rule == "choice":
-            yield Name(fault.name, fault.claim, remains, off, fitted)
-        else:
-            free = (fitted.freedom, fault.rule == "any")
-            yield Name(fault.name, fault.claim, remains, off * FREE + CHOICE, fitted, *free)
-        if fault.at is not None and not models and NEARLY < remains < HOPE:  # quick pictures gave a rough strength
-            closer = _refined(fault, changed_by(measured, predict(())), predict, bug.scale)
-        if left.excess == 0:
-            break
-    if fault.local and _touches(measured, found.target, predict((fault,))):
+    if fault.at is not None and NEARLY < _remains(bug, bare) < HOPE:  # quick pictures gave a rough strength
+        closer = _refined(fault, changed_by(measured, predict(())), predict, bug.scale)
+    if bare.significance.excess > 0:
+        beside = [(each,) for each in bug.limitations if _useful(bug, bare, fault, each)]
+        for models in dict.fromkeys((found.models, *beside)):
+            if models:
+                fitted = fit(measured, models, predict, (fault,))
+                yield _named(bug, fault, fitted)
+                nearest = min(nearest, fitted, key=lambda each: each.significance.excess)
+                if nearest.significance.excess == 0:
+                    break
+        if nearest.models and nearest.significance.excess > 0 and _remains(bug, nearest) < HOPE:
+            yield from _grown(bug, fault, nearest)
+    if fault.local and fault.rule == "choice" and _touches(measured, found.target, predict((fault,))):
         patched = patchwork(measured, found.target, predict((fault,)))
         left = significance(residual(measured.mean, patched), measured, patched)
         remains = bug.remains(left, still=bool(left.triggers))
         yield Name(fault.name, fault.claim, remains, bug.misfit(patched) * FREE + CHOICE)
     if closer.strength != fault.strength:
         yield from _fitted(bug, replace(closer, at=None))
+
+
+def _grown(bug: _Bug, fault: Model, nearest: Explanation) -> Iterator[Name]:
+    """How well ``fault`` fits beside more limitations than one: each time the one that leaves the shortest bug leg.
+
+    A renderer has all of its conventions and limitations at once, and a fault hides them from a search without it.
+    """
+    while nearest.significance.excess > 0 and len(nearest.models) < LARGEST_SET:
+        features = {each.when[0] for each in nearest.models if each.when}
+        others = [
+            (*nearest.models, each)
+            for each in bug.limitations
+            if each not in nearest.models
+            and not (each.when and each.when[0] in features)
+            and _useful(bug, nearest, fault, each)
+        ]
+        fits = [fit(bug.measured, models, bug.predict, (fault,)) for models in others]
+        best = min(fits, key=lambda each: each.significance.excess, default=nearest)
+        if best.significance.excess > SHORTER * nearest.significance.excess:
+            return
+        yield _named(bug, fault, best)
+        nearest = best
+
+
+def _remains(bug: _Bug, fitted: Explanation) -> float:
+    return bug.remains(fitted.significance, still=bool(fitted.triggers))
+
+
+def _named(bug: _Bug, fault: Model, fitted: Explanation) -> Name:
+    off = bug.misfit(fitted.target)
+    numbers = {"gain": fault.strength} if fault.name == "light_gain" else {}
+    if fault.rule == "choice":
+        return Name(fault.name, fault.claim, _remains(bug, fitted), off, fitted, numbers=numbers)
+    free = (fitted.freedom, fault.rule == "any")
+    return Name(fault.name, fault.claim, _remains(bug, fitted), off * FREE + CHOICE, fitted, *free)
 
 
 def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:
@@ -241,12 +383,12 @@ def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:
     return float(wrong.sum()) >= LEAST_TOUCHED * float(acts.sum())
 
 
-def _useful(bare: Explanation, fault: Model, models: tuple[Model, ...], predict: Predict, preview: Preview) -> bool:
-    """Whether ``models`` move any pixel that ``fault`` alone leaves wrong; most do not, as previews tell."""
-    wrong = bare.significance.pixels
-    return any(
-        nears(bare, each, preview, (fault,)) and bool((support(bare.target, predict((fault, each))) & wrong).any())
-        for each in models
+def _useful(bug: _Bug, start: Explanation, fault: Model, each: Model) -> bool:
+    """Whether ``each`` moves any pixel that ``start`` leaves wrong; most do not, as previews tell."""
+    wrong = start.significance.pixels
+    beside = (fault, *choices(start.models))
+    return nears(start, each, bug.preview, beside) and bool(
+        (support(bug.predict(choices(beside)), bug.predict((*choices(beside), each))) & wrong).any()
     )
 
 
@@ -281,15 +423,19 @@ def likely(
         return max(score, covered(change, own)) if fault.rule == "any" else score
 
     ranked = []
-    for index, fault in enumerate(faults):
+    wrong = found.significance.pixels
+    placed = (each if each.placed is None else each.placed(wrong) for each in faults)
+    for index, fault in enumerate(each for each in placed if each is not None):
         tried = [
             (scored(fault, change, preview((*base, fault)) - preview(base)), -place, base, change)
             for place, (base, change) in enumerate(starts)
         ]
         score, _, base, change = max(tried, key=lambda each: each[:2])
-        if score > ALIKE:
-            ranked.append((-score, index, fault, base, change))
-    for _, _, fault, base, change in sorted(ranked, key=lambda each: each[:2])[:LIKELY]:
+        if score > LEAST_ALIKE:
+            ranked.append((-score, fault.name in RARE, index, fault, base, change))
+    ranked.sort(key=lambda each: (round(each[0], 2), *each[1:3]))
+    alike = sum(-each[0] > ALIKE for each in ranked)
+    for _, _, _, fault, base, change in ranked[: min(LIKELY, max(alike, FEW))]:
         if fault.at is None:
             yield fault
             continue

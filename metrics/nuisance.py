@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import largest, pixels, total
+from notabug.metrics.few_pixels import FewGain, few_gain
 from notabug.metrics.neighbours import Bools, blurred
 from notabug.metrics.noise import Measured
 
@@ -35,7 +36,8 @@ class Nuisance:
     the middle of all that has, in pixels, with its standard error.
 
     ``channels`` are the gains of red, green and blue alone, each with its error. Errors hold a quarter of what rounding
-    can do to a flat picture: it rounds all of its pixels alike.
+    can do to a flat picture: it rounds all of its pixels alike. ``untold`` is a gain that the picture may have and that
+    too few pixels show to tell; 1 where there is none.
     """
 
     gain: float = 1.0
@@ -45,6 +47,7 @@ class Nuisance:
     channels: tuple[tuple[float, float], ...] = ()
     warp: float = 0.0
     warp_error: float = 0.0
+    untold: float = 1.0
 
     @property
     def severity(self) -> tuple[float, float, float]:
@@ -80,15 +83,29 @@ def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
     ``excluded`` (h, w) are pixels that a limitation may change. A fit is believed only where it describes most of the
     picture: an artifact in a corner is no gain.
     """
-    (gain, gain_error), *channels = _gains(measured, to, ~to.edge & ~excluded)
+    gains = _gains(measured, to, excluded)
+    (gain, gain_error), *channels = ((each.gain, each.error) for each in gains)
     value = total(to.value)
     off = total(measured.mean) - gain * value
     shift, shift_error = _shift(measured, value, off, excluded)
-    return Nuisance(gain, gain_error, shift, shift_error, tuple(channels), *_warp(measured, value, off, excluded))
+    found = Nuisance(gain, gain_error, shift, shift_error, tuple(channels), *_warp(measured, value, off, excluded))
+    untold = max((each.gain for each in gains if each.open), key=lambda each: abs(each - 1.0), default=1.0)
+    return found if found.gained else replace(found, untold=untold)
 
 
-def _gains(measured: Measured, to: Admissible, smooth: Bools) -> list[tuple[float, float]]:
+def untold_gain(found: Nuisance) -> str:
+    """Why nobody can say whether there is a gain, or ""."""
+    if found.untold == 1.0:
+        return ""
+    return (
+        f"too few pixels to tell a gain: what is lit is {found.untold:.3f} times as bright as it should be, which the"
+        " samples at its edges may do by chance; draw it larger, or with more samples, and declare them"
+    )
+
+
+def _gains(measured: Measured, to: Admissible, excluded: Bools) -> list[FewGain]:
     """The gain and its standard error of all channels together, and of each alone."""
+    smooth = ~to.edge & ~excluded
     dark = 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)
     even, bright = (some(np.flatnonzero(each)) for each in (smooth, smooth & (largest(to.value) > dark)))
     allowed = pixels(to.tau, even).astype(np.float64) / np.maximum(pixels(to.value, even), 1e-30)
@@ -101,15 +118,16 @@ def _gains(measured: Measured, to: Admissible, smooth: Bools) -> list[tuple[floa
         # where the tolerance is wide, by fine texture say, a wider filter looks like a gain: x regresses to its mean
         most = 2.0 * float(np.median(allowed[:, of])) if even.size else 0.0
         good = some(np.flatnonzero((x[:, of] > dark) & (tau[:, of] <= most * x[:, of])))
+        if good.size < _MIN_PIXELS:
+            found.append(few_gain(measured, to, excluded, of, dark))
+            continue
         values, gained, noise = (each[:, of].ravel()[good] for each in (x, y, variance))
-        found.append(_gain(values, gained, noise, least, measured.kappa))
+        found.append(FewGain(*_gain(values, gained, noise, least, measured.kappa), many=True))
     return found
 
 
 def _gain(x: Floats, y: Floats, variance: Floats, least: float, kappa: float) -> tuple[float, float]:
     """The gain of ``y`` (n,) over ``x`` (n,), and its standard error; ``least`` is the least tolerance of all."""
-    if x.size < _MIN_PIXELS:
-        return 1.0, 0.0
     ratio = y / x
     gain = float(np.median(ratio))
     spread = 1.4826 * float(np.median(np.abs(ratio - gain)))

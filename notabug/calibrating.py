@@ -8,6 +8,7 @@ import json
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +19,11 @@ from rich.text import Text
 from notabug.adapters.base import Adapter, Found, Quality, UnsupportedError
 from notabug.adapters.registry import adapter as adapter_called
 from notabug.adapters.registry import adapters
-from notabug.calibration import CARDS
+from notabug.calibration import CARDS, objection, textured
 from notabug.exit_codes import ExitCode
 from notabug.folders import write_json
 from notabug.metrics.calibration import Reading, read_card
+from notabug.metrics.verdict import Verdict
 from notabug.outcome import judge_pictures
 from notabug.progress import console
 from notabug.references.cache import cache_root
@@ -30,8 +32,11 @@ from notabug.run import find_renderers
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import read_scene
+from notabug.selection import Choice
 from notabug.tool import fingerprint
 from notabug.words import number
+
+UNNAMED_BUG = "nothing stands between the renderer and the card, but the card shows a bug, as a run will say"
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,30 +94,57 @@ def calibrate(adapter: Adapter, found: Found, quality: Quality, *, fresh: bool =
 
 def _measure(adapter: Adapter, found: Found, quality: Quality) -> Calibrated:
     unsupported = ""
-    for choice in CARDS:
-        scene = read_scene(choice.source, choice.variants)
-        with tempfile.TemporaryDirectory(prefix="notabug-") as folder:
-            first, second = Path(folder) / "first", Path(folder) / "second"
-            first.mkdir()
-            second.mkdir()
-            try:
-                renders = adapter.render(scene, first, quality)
-            except UnsupportedError as error:
-                unsupported = unsupported or str(error)
-                continue
-            again = adapter.render(scene, second, replace(quality, seeds=quality.seeds[:1]))
-            read = [read_picture(each.image) for each in renders]
-            pictures = [each.pixels for each in read]
-            repeats = np.array_equal(read_picture(again[0].image).pixels, pictures[0], equal_nan=True)
-            declaration = adapter.declaration(quality)
-            reading = read_card(pictures, predict(scene), declaration, repeats)
-            paths = [each.image for each in renders]
-            verdict = judge_pictures(paths, scene, declaration, None, pictures=read).verdict
-        fine = verdict.word in ("pass", "limitation") or (verdict.word != "error" and not reading.causes)
-        sentence = reading.sentence or (verdict.message if verdict.word not in ("pass", "limitation") else "")
-        card = f"{scene.id} {scene.variant}".rstrip()
-        return Calibrated(adapter.name, found.version, fine, sentence, card, verdict.word, _plain(reading))
+    for place, choice in enumerate(CARDS):
+        try:
+            drawn = _draw(adapter, choice, quality)
+        except UnsupportedError as error:
+            unsupported = unsupported or str(error)
+            continue
+        rest = CARDS[place + 1 :] if textured(choice.id) else ()
+        refused = objection(drawn.reading, drawn.verdict, partial(_other, adapter, rest, quality))
+        passed = drawn.verdict.word in ("pass", "limitation")
+        sentence = refused or ("" if passed else f"{UNNAMED_BUG}: {drawn.verdict.message}")
+        reading = _plain(drawn.reading)
+        return Calibrated(adapter.name, found.version, not refused, sentence, drawn.card, drawn.verdict.word, reading)
     return Calibrated(adapter.name, found.version, False, f"it can draw none of the cards: {unsupported}")
+
+
+@dataclass(frozen=True, slots=True)
+class _Drawn:
+    """A card that was drawn: its name, what its numbers say, and the verdict on it."""
+
+    card: str
+    reading: Reading
+    verdict: Verdict
+
+
+def _draw(adapter: Adapter, choice: Choice, quality: Quality) -> _Drawn:
+    """Draw the card twice, the second time with the first seed only; raises UnsupportedError."""
+    scene = read_scene(choice.source, choice.variants)
+    with tempfile.TemporaryDirectory(prefix="notabug-") as folder:
+        first, second = Path(folder) / "first", Path(folder) / "second"
+        first.mkdir()
+        second.mkdir()
+        renders = adapter.render(scene, first, quality)
+        again = adapter.render(scene, second, replace(quality, seeds=quality.seeds[:1]))
+        read = [read_picture(each.image) for each in renders]
+        pictures = [each.pixels for each in read]
+        repeats = np.array_equal(read_picture(again[0].image).pixels, pictures[0], equal_nan=True)
+        declaration = adapter.declaration(quality)
+        reading = read_card(pictures, predict(scene), declaration, repeats)
+        paths = [each.image for each in renders]
+        verdict = judge_pictures(paths, scene, declaration, None, pictures=read).verdict
+    return _Drawn(f"{scene.id} {scene.variant}".rstrip(), reading, verdict)
+
+
+def _other(adapter: Adapter, cards: Sequence[Choice], quality: Quality) -> Reading | None:
+    """The reading of the first of ``cards`` that ``adapter`` can draw."""
+    for choice in cards:
+        try:
+            return _draw(adapter, choice, quality).reading
+        except UnsupportedError:
+            continue
+    return None
 
 
 def _plain(reading: Reading) -> dict[str, Any]:
@@ -123,7 +155,9 @@ def _plain(reading: Reading) -> dict[str, Any]:
 
 def _show(each: Calibrated) -> None:
     out = console()
-    mark = Text("✓ calibrated", style="green") if each.fine else Text("! refused", style="bold magenta")
+    mark = Text("! refused", style="bold magenta")
+    if each.fine:
+        mark = Text("✓ calibrated", style="green") if not each.sentence else Text("✗ bug", style="bold red")
     out.print(mark.append(f"  {each.renderer} {each.version}", style="default not bold"), soft_wrap=True)
     if each.sentence:
         out.print(f"  {each.sentence}", markup=False, soft_wrap=True)

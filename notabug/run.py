@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from notabug.adapters.base import Adapter, Found, Quality, Render, RendererMissingError, UnsupportedError
-from notabug.calibration import CARDS, refusal
+from notabug.calibration import CARDS, refusal, textured
 from notabug.crew import Alone, Crew, rendering
 from notabug.exit_codes import ExitCode, exit_code
 from notabug.folders import job_folder, job_lock, sole_writer, write_json, write_text
@@ -238,7 +238,19 @@ def calibrate(plan: Plan, watcher: Watcher, name: str) -> Calibrated:
                 break
     if first is None:
         return Calibrated(None, "", state.rendering)
-    return Calibrated(first, refusal(first, plan.renderers[name][0], plan.quality, plan.out), state.rendering)
+    shown = first
+
+    def plain() -> Result | None:
+        for card in CARDS[1:] if textured(shown.scene) else ():
+            scene = _read(card)
+            if isinstance(scene, Scene):
+                result, _ = _job(state, card, scene, name)
+                if result.verdict.word != "unsupported":
+                    return result
+        return None
+
+    refused = refusal(shown, plan.renderers[name][0], plan.quality, plan.out, plain)
+    return Calibrated(shown, refused, state.rendering)
 
 
 def _expected(scene: Scene, renderer: str) -> str:

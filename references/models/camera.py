@@ -12,6 +12,9 @@ from notabug.references.models.model import Model, in_strengths
 from notabug.scenes_usd.scene import Camera, Scene
 
 _USD = "UsdGeomCamera: apertures, focalLength, clippingRange; UsdRenderSettings: aspectRatioConformPolicy"
+HALF_SLACK = (
+    0.06  # pixels: a shift this near to half a pixel is called half a pixel; aliased edges are off by up to .05
+)
 
 
 def models(scene: Scene) -> Iterator[Model]:
@@ -51,6 +54,40 @@ def models(scene: Scene) -> Iterator[Model]:
             ),
             0.01,
         )
+
+
+def pixel_shift(scene_width: int, scene_height: int, right: float, down: float) -> Model:
+    """The fault of rays that go beside their pixels, so that the picture is moved by pixels to the right and down.
+
+    A shift moves all depths alike, a moved camera does not.
+    """
+
+    def change(camera: Camera) -> Camera:
+        matrix = camera.to_world.copy()
+        # The ray through raster position (x, y) is a X + b Y - Z: what Z takes of X and Y moves every ray alike.
+        matrix[2, :3] += 2.0 * camera.tan_x * right / scene_width * matrix[0, :3]
+        matrix[2, :3] -= 2.0 * camera.tan_y * down / scene_height * matrix[1, :3]
+        return replace(camera, to_world=matrix)
+
+    return _fault("pixel_shift", shift_message(right, down), change)
+
+
+def shift_message(right: float, down: float) -> str:
+    """What a shift of the whole picture by pixels means in words."""
+    said = f"the picture is shifted by ({right:+.2f}, {down:+.2f}) pixels (right, down)"
+    if any(on_half(each) and abs(each) > HALF_SLACK for each in (right, down)) and all(map(on_half, (right, down))):
+        return f"{said}: rays through pixel corners, not centres"
+    return said
+
+
+def on_half(pixels: float) -> bool:
+    """Whether a shift is 0 or half a pixel, as far as it can be measured."""
+    return min(abs(abs(pixels) - 0.5), abs(pixels)) <= HALF_SLACK
+
+
+def half_if_near(pixels: float) -> float:
+    """A measured shift, or 0 or half a pixel where it cannot be told from that."""
+    return round(2.0 * pixels) / 2.0 + 0.0 if on_half(pixels) else pixels
 
 
 def _fault(name: str, claim: str, change: Callable[[Camera], Camera]) -> Model:

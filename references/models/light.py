@@ -47,6 +47,9 @@ def models(scene: Scene) -> Iterator[Model]:
             )
         if len(scene.lights) > 1:
             yield _fault("light_missing", f"{light.path} is missing", _dropped(index))
+    for kind, what in (("distant", "directions"), ("point", "positions")):
+        if any(each.kind == kind for each in scene.lights):
+            yield _fault("light_negated", f"the {what} of {kind} lights have the wrong sign", _every(_negated(kind)))
     yield _fault("light_up_axis", "lights are placed with y and z exchanged", _every(_turned))
     if any(each.kind == "point" for each in scene.lights):
         for falloff, what in (("linear", "the distance"), ("none", "nothing")):
@@ -117,6 +120,15 @@ def moved(scene: Scene, axis: int, share: float) -> Callable[[Light], Light]:
             return replace(light, direction=_tuple(direction / np.linalg.norm(direction)))
         position = np.array(light.position)
         return replace(light, position=_tuple(position + step * np.linalg.norm(position - middle)))
+
+    return change
+
+
+def _negated(kind: str) -> Callable[[Light], Light]:
+    def change(light: Light) -> Light:
+        if light.kind != kind:
+            return light
+        return replace(light, position=_tuple(-np.array(light.position)), direction=_tuple(-np.array(light.direction)))
 
     return change
 

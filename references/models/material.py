@@ -70,13 +70,12 @@ def models(scene: Scene) -> Iterator[Model]:
             1.1,
             neutral=1.0,
         )
-        for divisor in (2, 8):
-            yield _fault(
-                "normalisation_precedence",
-                f"highlights are scaled by n + {divisor}/{divisor}, where (n + {divisor})/{divisor} was meant",
-                "Lewis 1994; Akenine-Moeller et al. 2018, section 9.8",
-                lambda each: scaled(each, each.exponent + 1.0),
-            )
+        yield _fault(
+            "normalisation_precedence",
+            "highlights are scaled by n + 1: by n + 2/2 or n + 8/8, where (n + 2)/2 or (n + 8)/8 was meant",
+            "Lewis 1994; Akenine-Moeller et al. 2018, section 9.8",
+            lambda each: scaled(each, each.exponent + 1.0),
+        )
         yield Model(
             name="cutoff_missing",
             kind="fault",

@@ -10,6 +10,9 @@ from functools import cache
 from types import ModuleType
 from typing import Any, Literal, Protocol
 
+import numpy as np
+import numpy.typing as npt
+
 import notabug.references.models
 from notabug.scenes_usd.scene import Material, Mesh, Scene
 
@@ -60,6 +63,8 @@ class Model:
         0 (or 1, where ``neutral`` is 1: a factor) would be no fault.
     local : a fault that may hit some parts of the scene and spare others, so that a picture of it takes this model's
         value at some pixels and the reference's at the others.
+    placed : the fault of those parts of the scene, single faces, that lie where a picture is wrong (h, w), or None
+        where it can be none. Such a model edits the likeliest part itself.
     when : (field, value) of an adapter's declaration without which the model is not considered; None: always. Of
         models of one field a picture shows one at most.
     also : further such pairs, all of which must hold.
@@ -86,6 +91,7 @@ class Model:
     strength: float = 0.0
     neutral: float = 0.0
     local: bool = False
+    placed: Callable[[npt.NDArray[np.bool_]], Model | None] | None = None
 
     def open_to(self, declaration: Declared) -> bool:
         """Whether ``declaration`` leaves this model open: a fault where the renderer can have it at all."""

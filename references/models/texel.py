@@ -10,6 +10,7 @@ import numpy as np
 from notabug.references.models.model import Edit, Model
 from notabug.scenes_usd.scene import Floats, Scene, Texture
 
+POWER = 2.2  # the exponent that is widely used in the place of sRGB's curve
 _USD = "UsdUVTexture: sourceColorSpace, wrapS, wrapT"
 
 
@@ -27,8 +28,19 @@ def models(scene: Scene) -> Iterator[Model]:
             _textures(_unwrapped),
         ),
     ]
+    used = {scene.materials[each.material].texture for each in scene.objects} - {-1}
+    if any(scene.textures[each].colour_space == "sRGB" for each in used):
+        claim = f"the texture is decoded by the power {POWER}, not by sRGB's curve"
+        changes.append(("texture_decoded_by_power", claim, _textures(_by_power)))
     for name, claim, edit in changes:
         yield Model(name=name, kind="fault", claim=claim, cites=_USD, edit=edit)
+    yield Model(
+        name="texture_nearest",
+        kind="fault",
+        claim="the nearest texel is taken, where bilinear lookup is declared",
+        cites="Heckbert 1989, section 3.5",
+        options={"texels": "nearest"},
+    )
 
 
 def decoded(values: Floats) -> Floats:
@@ -48,6 +60,12 @@ def pixels(change: Callable[[Floats], Floats]) -> Edit:
 
 def _textures(change: Callable[[Texture], Texture]) -> Edit:
     return lambda scene: replace(scene, textures=tuple(change(each) for each in scene.textures))
+
+
+def _by_power(texture: Texture) -> Texture:
+    if texture.colour_space != "sRGB":
+        return texture
+    return replace(texture, pixels=np.ascontiguousarray(encoded(texture.pixels) ** POWER))
 
 
 def _unwrapped(texture: Texture) -> Texture:

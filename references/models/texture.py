@@ -69,9 +69,17 @@ def models(scene: Scene) -> Iterator[Model]:
                 kind="fault",
                 claim=f"uv are off by {strength:.3g} texels in {'uv'[axis]}",
                 cites=_PAPER,
-                edit=_uv(lambda uv, width: uv + np.eye(2)[axis] * strength / width),
+                edit=_uv(lambda uv, size: uv + np.eye(2)[axis] * strength / size),
             ),
             1.0,
+        )
+    for u, v in ((0.5, 0.5), (-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5)):
+        yield Model(
+            name="texel_centre",
+            kind="fault",
+            claim=f"texels are looked up at their corners, not their centres: uv are off by ({u:+}, {v:+}) texels",
+            cites="Heckbert 1990, What are the coordinates of a pixel?, Graphics Gems I",
+            edit=_uv(lambda uv, size, by=(u, v): uv + np.array(by) / size),  # type: ignore[misc]
         )
 
 
@@ -122,16 +130,16 @@ def _splitter(diagonal: Diagonal) -> Edit:
     return lambda scene: edit_meshes(scene, lambda mesh: split_ngons(mesh, diagonal))
 
 
-def _uv(change: Callable[[Floats, int], Floats]) -> Edit:
-    """An edit of the uv of every textured mesh; ``change(uv, width of the texture)`` returns new uv."""
+def _uv(change: Callable[[Floats, Floats], Floats]) -> Edit:
+    """An edit of the uv of every textured mesh; ``change(uv, (width, height) of the texture)`` returns new uv."""
 
     def edit(scene: Scene) -> Scene:
         def one(mesh: Mesh) -> Mesh:
             texture = scene.materials[mesh.material].texture
             if mesh.uv is None or texture < 0:
                 return mesh
-            width = scene.textures[texture].pixels.shape[1]
-            return replace(mesh, uv=np.ascontiguousarray(change(mesh.uv, width)))
+            height, width = scene.textures[texture].pixels.shape[:2]
+            return replace(mesh, uv=np.ascontiguousarray(change(mesh.uv, np.array([width, height], np.float64))))
 
         return edit_meshes(scene, one)
 

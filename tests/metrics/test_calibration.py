@@ -80,9 +80,10 @@ def test_each_fault_is_read_by_its_name(fault: str, card: Envelope) -> None:
         lambda a: np.where(a > 0.5, 0.8 * a, a),
         lambda a: np.where(np.arange(256)[:, None, None] < 128, 0.7 * a, a),
         lambda a: a + 0.3 * np.indices(a.shape)[0] / 256,
-        lambda a: np.full_like(a, 0.25),
+        lambda a: a * (np.random.default_rng(0).random(a.shape[:2]) > 0.3)[..., None],
+        lambda a: a * (np.random.default_rng(0).random(a.shape[:2]) > 0.7)[..., None],
     ],
-    ids=["albedo", "half lit", "gradient", "one colour"],
+    ids=["albedo", "half lit", "gradient", "some dots", "many dots"],
 )
 def test_a_renderers_own_bug_is_no_fault_of_the_adapter(bug: Callable[[Floats], Floats], card: Envelope) -> None:
     assert read_card([bug(np.asarray(card.mean, np.float64))], card, BOX).causes == ()

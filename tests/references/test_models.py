@@ -21,8 +21,9 @@ from notabug.scenes_usd.scene import Material, Scene, Texture
 ANYWHERE = {"geometry_mirrored", "camera_moved", "field_of_view", "aspect"}
 LIGHT = ANYWHERE | {
     "light_gain", "no_shadow", "acne", "no_epsilon", "epsilon_too_large", "epsilon_not_scaled",
-    "light_colour", "light_moved", "light_up_axis", "shadow_ray_culled", "unshadowed",
+    "light_colour", "light_moved", "light_up_axis", "light_negated", "shadow_ray_culled", "unshadowed",
 }  # fmt: skip
+FACES = {"face_missing", "cracks"}  # of meshes; a single triangle has no cracks
 POINT = {"falloff_linear", "falloff_none", "shadow_ray_unbounded", "albedo"}  # a point light, and a plain colour
 SEVERAL = {  # objects
     "coincident_surfaces", "another_wins", "colour_of_neither", "hole", "loser_wins",
@@ -36,7 +37,8 @@ NORMALS = {
 }  # fmt: skip
 UV = {
     "affine_uv", "swapped_uv", "flipped_v", "shifted_uv",
-    "texture_decoded", "texture_encoded", "texture_channels_swapped", "texture_wrap", "nearest_texel",
+    "texture_decoded", "texture_encoded", "texture_channels_swapped", "texture_wrap", "texel_centre", "texture_nearest",
+    "nearest_texel",
 }  # fmt: skip
 
 
@@ -67,9 +69,10 @@ def quad() -> Scene:
 
 
 def test_models_follow_from_what_a_scene_holds(make: Any, ball: Scene) -> None:
-    assert names(ball) == LIGHT | POINT | MESHES | NORMALS | SEVERAL
-    assert names(replace(ball, lights=())) == ANYWHERE | SEVERAL
-    assert names(make.scene([make.rectangle()], [make.point((0, 0, 1))], ball.camera)) == LIGHT | POINT | MESHES
+    assert names(ball) == LIGHT | POINT | MESHES | NORMALS | SEVERAL | FACES
+    assert names(replace(ball, lights=())) == ANYWHERE | SEVERAL | FACES
+    plain = make.scene([make.rectangle()], [make.point((0, 0, 1))], ball.camera)
+    assert names(plain) == LIGHT | POINT | MESHES | FACES
 
 
 @pytest.mark.parametrize(
@@ -83,7 +86,7 @@ def test_models_follow_from_what_a_scene_holds(make: Any, ball: Scene) -> None:
 )
 def test_a_split_is_named_after_its_diagonal(split: str, limitations: set[str]) -> None:
     scene = read_scene("texture/uneven_quad", {"split": split})
-    assert names(scene) == LIGHT | MESHES | UV | limitations
+    assert names(scene) == LIGHT | MESHES | UV | FACES | limitations
     anywhere = {"acne", "unshadowed", *MESHES}
     found = [each for each in models(scene) if each.kind == "limitation" and each.name not in anywhere]
     assert {each.name for each in found} == limitations
@@ -98,7 +101,7 @@ def test_where_a_split_moves_no_uv_there_is_none(make: Any) -> None:
     textured = Material("/Textured", (0.0, 0, 0), 0)
     camera, light = make.camera((0, 0, 4), (0, 0, 0)), make.point((0, 0, 4))
     flat = make.scene([make.rectangle(0, 1, uv=uv)], [light], camera, materials=(textured,), textures=(texture,))
-    assert names(flat) == LIGHT | MESHES | POINT - {"albedo"} | UV
+    assert names(flat) == LIGHT | MESHES | POINT - {"albedo"} | UV | FACES
     bent = make.rectangle(0, 1, uv=[*uv[:3], (0.2, 0.8)])
     assert "quad_split_02" in names(replace(flat, objects=(bent,)))
 
