@@ -13,7 +13,7 @@ import numpy as np
 
 DECK = 20  # cards, and scenes in a block
 
-# Faces without area and coincident corners, in a tenth of the scenes. Off until the reader and the references take them.
+# Faces without area and coincident corners, in a tenth of the scenes. Off until reader and references take them.
 DEGENERATE = False
 # Quads that are not flat, as most quads of scanned or sculpted meshes are. Off until the reader takes them.
 BENT_QUADS = False

@@ -90,9 +90,9 @@ def _things(rng: np.random.Generator, what: Traits) -> tuple[list[_Thing], list[
         looks.append(look(rng, "Ground", kind, wrap=what.wrap, colours=what.colours, file="ground.png"))
         half = rng.uniform(2.5, 4.0, 2)
         cells = "triangles" if what.cells == "triangles" else "quads"
-        shape = floor(int(rng.integers(1, 5)), float(half[0]), float(half[1]), cells)
-        points = np.asarray(shape.points, np.float32).astype(np.float64)
-        text = _mesh(rng, "Ground", "Ground", shape, points, shape.normals, shape.faces, what.normals, kind, ())
+        ground = floor(int(rng.integers(1, 5)), float(half[0]), float(half[1]), cells)
+        points = np.asarray(ground.points, np.float32).astype(np.float64)
+        text = _mesh(rng, "Ground", "Ground", ground, points, ground.normals, ground.faces, what.normals, kind, ())
         things.append(_Thing(text, points, ground=True))
     return things, looks
 
@@ -125,7 +125,7 @@ def _thing(
         lines = text.split("\n")[2:-1]
         return _Thing(_under(what.placing, name, "Mesh", [line[4:] for line in lines], place), world)
     normals = shape.normals @ np.linalg.inv(matrix[:3, :3]).T
-    faces, extra = shape.faces, ()
+    faces, extra = shape.faces, tuple[str, ...]()
     order = np.arange(len(normals))
     if np.linalg.det(matrix[:3, :3]) < 0:  # points that were mirrored are seen from behind: say so, or turn the faces
         if rng.uniform() < 0.5:

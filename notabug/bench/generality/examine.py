@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from notabug.adapters.base import Adapter, Declaration, Quality, RendererError, UnsupportedError
+from notabug.adapters.base import Adapter, Declaration, Pixels, Quality, RendererError, UnsupportedError
 from notabug.adapters.declared import RADIUS
 from notabug.metrics.judge import judge
 from notabug.metrics.verdict import Verdict
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture
-from notabug.scenes_usd.scene import Floats, Scene
+from notabug.scenes_usd.scene import Scene
 
 Record = dict[str, Any]
 
@@ -43,7 +43,7 @@ def guarded(work: Callable[[], Record]) -> Record:
     return {**made, "seconds": round(time.perf_counter() - start, 3)}
 
 
-def pictures_by(adapter: Adapter, scene: Scene, quality: Quality) -> list[Floats]:
+def pictures_by(adapter: Adapter, scene: Scene, quality: Quality) -> list[Pixels]:
     """The pictures of ``scene`` by every seed."""
     with tempfile.TemporaryDirectory(prefix="notabug-") as scratch:
         made = adapter.render(scene, Path(scratch), quality)
@@ -73,7 +73,7 @@ def examine(scene: Scene, adapter: Adapter, quality: Quality, *, naming: bool) -
     return {"renderer": adapter.name, **guarded(work)}
 
 
-def verdict_on(pictures: Sequence[Any], scene: Scene, declaration: Declaration, *, naming: bool) -> Record:
+def verdict_on(pictures: Sequence[Pixels], scene: Scene, declaration: Declaration, *, naming: bool) -> Record:
     return said(judge(pictures, scene, declaration, perceive=False, naming=naming).verdict)
 
 

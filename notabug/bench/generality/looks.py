@@ -59,8 +59,8 @@ def look(
         return Look(name, _reflection(name, lines))
     if kind == "mirror":
         dim = tuple(round(0.5 * each, 4) for each in albedo) if rng.uniform() < 0.7 else (0.0, 0.0, 0.0)
-        shown = colour(rng, 0.4, 0.9) if rng.uniform() < 0.4 else grey(rng, 0.4, 0.9)
-        lines = [f"color3f inputs:diffuseColor = {vector(dim)}", f"color3f inputs:mirror = {vector(shown)}"]
+        image = colour(rng, 0.4, 0.9) if rng.uniform() < 0.4 else grey(rng, 0.4, 0.9)
+        lines = [f"color3f inputs:diffuseColor = {vector(dim)}", f"color3f inputs:mirror = {vector(image)}"]
         return Look(name, _reflection(name, lines))
     through = colour(rng, 0.6, 0.95) if rng.uniform() < 0.4 else grey(rng, 0.7, 0.95)
     lines = [

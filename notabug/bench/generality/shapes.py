@@ -16,6 +16,8 @@ import numpy.typing as npt
 
 Floats = npt.NDArray[np.float64]
 Profile = Sequence[tuple[float, float]]
+Vector = tuple[float, float, float]
+Corner = tuple[int, Vector, tuple[float, float]]  # point, normal, uv
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +52,9 @@ class _Builder:
         self.faces.append(tuple(corners))
         self.normals += normals
         self.uv += uv
+
+    def polygon(self, corners: Sequence[Corner]) -> None:
+        self.face([each[0] for each in corners], [each[1] for each in corners], [each[2] for each in corners])
 
     def made(self, *, closed: bool) -> Shape:
         normals = np.array(self.normals)
@@ -149,7 +154,7 @@ def _revolved(profile: Profile, across: Profile, n: int, cells: str, *, ring: bo
                 a, b = made.points[at[j, i]], made.points[at[j, (i + 1) % n]]
                 made.points.append(((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2))
 
-    def corner(j: int, step: float, i: int) -> tuple[int, tuple[float, float, float], tuple[float, float]]:
+    def corner(j: int, step: float, i: int) -> Corner:
         row = j % m
         known = middle[row, i % n] if step % 1 else at[row, i % n]
         normal = lifted(across[row], 2 * math.pi * step / n)
@@ -163,7 +168,7 @@ def _revolved(profile: Profile, across: Profile, n: int, cells: str, *, ring: bo
                 four = [*four[:2], corner(j + 1, i + 0.5, i), *four[2:], corner(j, i + 0.5, i)]
             parts = [(0, 1, 2), (0, 2, 3)] if cells == "triangles" else [tuple(range(len(four)))]
             for part in parts:
-                made.face(*zip(*(four[k] for k in part), strict=True))
+                made.polygon([four[k] for k in part])
     if ring:
         return made.made(closed=True)
     for top in (True, False):
@@ -177,9 +182,8 @@ def _revolved(profile: Profile, across: Profile, n: int, cells: str, *, ring: bo
         tip = len(made.points)
         made.points.append((0.0, profile[pole][1], 0.0))
         for i in order:
-            a, b = corner(j, i, i), corner(j, i + 1, i + 1)
-            a, b = (a, b) if top else (b, a)
-            made.face(*zip((tip, upward, ((i + 0.5) / n, 1.0 if top else 0.0)), a, b, strict=True))
+            sides = [corner(j, i, i), corner(j, i + 1, i + 1)]
+            made.polygon([(tip, upward, ((i + 0.5) / n, 1.0 if top else 0.0)), *(sides if top else sides[::-1])])
     return made.made(closed=True)
 
 
@@ -201,9 +205,9 @@ def extrusion(rng: np.random.Generator, cells: str) -> Shape:
             made.face([corners[c] for c in part], [normals[c] for c in part], [shares[c] for c in part])
     for first, order, up in ((0, list(range(n - 1, -1, -1)), -1.0), (n, list(range(n)), 1.0)):
         fan = [tuple(order)] if cells == "ngons" else [(order[0], a, b) for a, b in pairwise(order[1:])]
-        for part in fan:
-            uv = [(0.5 + 0.5 * outline[c][0], 0.5 + 0.5 * outline[c][1]) for c in part]
-            made.face([first + c for c in part], [(0.0, up, 0.0)] * len(part), uv)
+        for end in fan:
+            uv = [(0.5 + 0.5 * outline[c][0], 0.5 + 0.5 * outline[c][1]) for c in end]
+            made.face([first + c for c in end], [(0.0, up, 0.0)] * len(end), uv)
     return made.made(closed=True)
 
 
