@@ -153,7 +153,6 @@ POVRAY_FAULTS: Mapping[str, TextFault] = {
     "triangles missing": TextFault(_fewer_triangles, ("object_missing", "triangle_missing", "faces_missing", "cracks")),
     "object missing": TextFault(_without_object, ("object_missing",)),
     "materials exchanged": TextFault(_exchanged_looks, ("materials_exchanged", "albedo")),
-    "normals inward": TextFault(_normals(lambda n: [-x for x in n]), ("normals_flipped",)),
     "normals swapped": TextFault(_normals(lambda n: [n[0], n[2], n[1]]), ("normals_swapped", "normals_by_matrix")),
     "normals left out": TextFault(_flat, ("flat_normals", "normals_lost")),
     "u and v swapped": TextFault(_uv(lambda uv: [uv[1], uv[0]]), ("swapped_uv",)),
