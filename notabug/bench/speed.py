@@ -24,6 +24,7 @@ import numpy.typing as npt
 from notabug.adapters.base import Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.metrics.judge import judge
+from notabug.references.tracer.bvh import STACK
 from notabug.references.tracer.envelope import trace_envelope
 from notabug.references.tracer.flatten import flatten
 from notabug.references.tracer.traverse import trace
@@ -33,6 +34,7 @@ from notabug.scenes_usd.scene import Scene
 
 REPEATS = 5
 RAYS = 1024  # squared
+TESSELLATION = "96x48"  # of the ball that is traced
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +82,7 @@ def camera_rays(scene: Scene, side: int) -> tuple[npt.NDArray[np.float64], npt.N
 
 def _against_embree() -> Figure:
     name, asked = "tracer, rays per second against Embree (float32, 1 thread)", "at least 0.5"
-    scene = read_scene("terminator/sphere", {"tessellation": "96x48"})
+    scene = read_scene("terminator/sphere", {"tessellation": TESSELLATION})
     flat = flatten(scene)
     origins, directions = camera_rays(scene, RAYS)
     n = len(directions)
@@ -89,7 +91,8 @@ def _against_embree() -> Figure:
 
     def ours() -> None:
         def part(at: slice) -> None:
-            trace(flat, origins[at], directions[at], hits[at], distances[at], weights[at])
+            stack = np.empty(STACK, np.int32)
+            trace(flat, origins[at], directions[at], hits[at], distances[at], weights[at], stack)
 
         edges = np.linspace(0, n, 8 * threads + 1).astype(int)
         with ThreadPoolExecutor(threads) as pool:
@@ -112,7 +115,7 @@ def _against_embree() -> Figure:
 
 
 def _envelope() -> Figure:
-    scene = read_scene("terminator/sphere", {"tessellation": "96x48"})
+    scene = read_scene("terminator/sphere", {"tessellation": TESSELLATION})
     (seconds,) = _best(lambda: trace_envelope(scene))
     note = "256 x 256, 16 subsamples a pixel, 64 at edges, float64"
     return Figure("envelope, warm", seconds, "s", "under 1 s", seconds < 1.0, note)
