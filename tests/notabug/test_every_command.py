@@ -119,7 +119,7 @@ def runs(folder: Path, tell: Tell) -> None:
 def test_it_runs(words: tuple[str, ...], codes: tuple[int, ...], tell: Tell, runs: None) -> None:
     code, out, err = tell(*words)
     assert code in codes, err
-    assert out
+    assert out + err or words[0] == "report"  # of a run without complaints a build server is told nothing
     assert "Traceback" not in out + err
     if "--json" in words:
         assert json.loads(out)
