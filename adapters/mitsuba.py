@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -49,6 +50,7 @@ class Mitsuba:
         where nothing lies behind: a defect to be shown. ``scripted``, the BSDF of ``mitsuba_bsdf.py``, has it not.
     python : the interpreter that has mitsuba; by default this one.
     keep_jobs : keep the folder with the job and the arrays of every job.
+    edit : what is done to the job and its arrays before Mitsuba reads them: how the generality bench makes its faults.
     """
 
     name: str = "mitsuba"
@@ -56,6 +58,7 @@ class Mitsuba:
     opacity: Literal["scripted", "mask"] = "scripted"
     python: str = sys.executable
     keep_jobs: bool = False
+    edit: Callable[[dict[str, Any], Arrays], object] | None = None
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
         | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows"}
@@ -99,6 +102,8 @@ class Mitsuba:
         self._version()
         quality = replace(quality, samples=quality.samples or DEFAULT_SAMPLES)
         document, arrays = job(scene, quality, mask=self.opacity == "mask")
+        if self.edit is not None:
+            self.edit(document, arrays)
         seeds: list[int] = document["seeds"]
         images = [picture_path(out, self.name, seed) for seed in seeds]
         with job_folder(out, self.name, keep=self.keep_jobs) as folder:

@@ -103,7 +103,7 @@ def _bsdf(mi: Any, look: dict[str, Any], textures: dict[str, Any], arrays: dict[
             "data": mi.TensorXf(arrays[texture["pixels"]]),
             "raw": True,
             "format": "variant",  # not half floats
-            "filter_type": "bilinear",
+            "filter_type": texture.get("filter", "bilinear"),
             "wrap_mode": texture["wrap"],
         }
     if look["scripted"]:

@@ -15,6 +15,7 @@ import math
 import re
 import shutil
 import subprocess
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,12 +61,14 @@ class PovRay:
     command : name on PATH, or path, of the program.
     shadows : False draws the scene as if no object cast a shadow; a fault to be detected, for tests.
     keep_jobs : keep the folder with the scene text, the textures and the PNG of every job.
+    edit : what is done to the scene text before POV-Ray reads it: how the generality bench makes its faults.
     """
 
     name: str = "povray"
     command: str = "povray"
     shadows: bool = True
     keep_jobs: bool = False
+    edit: Callable[[str], str] = str
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
         | {"coloured_highlight", "mirror", "transmission", "shadows"}
@@ -195,7 +198,7 @@ class _Shots:
         ini = self.folder / "empty.ini"
         ini.touch()
         told = scene_text(self.scene, gain=gain, shadows=self.adapter.shadows, images=self.images, channel=channel)
-        text.write_text(told, "ascii")
+        text.write_text(self.adapter.edit(told), "ascii")
         side = _side(self.quality)
         width, height = self.scene.width * side, self.scene.height * side
         command = [self.program, f"+I{text.name}", f"+O{picture.name}", f"+W{width}", f"+H{height}", *_OPTIONS]

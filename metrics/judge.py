@@ -107,6 +107,7 @@ def judge(
     found = explain(measured, open_to, predicted, previewed)
     findings: tuple[Finding, ...] = ()
     word: Word
+    name: Name | None = None
     undecided = hesitation(measured, found, predicted, open_to, scene, declaration, len(pictures))
     undecided = undecided or ("" if found.triggers else untold_gain(found.nuisance))
     considered = {key[0][0]: to.value for key, to in sets.items() if len(key) == 1}

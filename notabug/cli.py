@@ -14,6 +14,7 @@ from notabug.exit_codes import ExitCode, exit_code
 from notabug.options import (
     Bench,
     Declare,
+    BenchPart,
     Deed,
     Encoding,
     FailOn,
@@ -274,10 +275,35 @@ def bench(
     out: Annotated[Path, typer.Option(help="Folder for JSON, plots and bench.html.")] = Path("notabug-bench"),
     renderer: Renderers = None,
     resume: Annotated[bool, typer.Option(help="Keep what was measured with the same code.")] = True,
+    scenes: Annotated[int, typer.Option(min=0, help="Random scenes (generality); 0: 400, of a sample 20.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random scenes (generality).")] = 0,
+    part: Annotated[
+        list[BenchPart] | None,
+        typer.Option("--part", help="Of generality; again for more. Default: scenes."),
+    ] = None,
+    names: Annotated[bool, typer.Option(help="Look for the fault behind each bug (generality): half a minute.")] = True,
+    reduce: Annotated[bool, typer.Option(help="Shrink the scene of each bug (generality).")] = False,
     as_json: Json = False,
 ) -> None:
-    """Measure what notabug costs (speed), how well it judges (verdict), and of renderers: error over time (efficiency),
-    where they break (stability), and which relations between pictures they break (metamorphic)."""
+    """Measure what notabug costs (speed), how well it judges (verdict), whether it is right on scenes outside the
+    corpus (generality), and of renderers: error over time (efficiency), where they break (stability), and which
+    relations between pictures they break (metamorphic)."""
+    if what is Bench.generality:
+        from notabug.bench.generality.command import command as generality
+
+        code = generality(
+            parts=[each.value for each in part or [BenchPart.scenes]],
+            scenes=scenes,
+            seed=seed,
+            renderers=renderer or [],
+            quick=quick,
+            naming=names,
+            reducing=reduce,
+            resume=resume,
+            as_json=as_json,
+            out=out,
+        )
+        raise typer.Exit(code)
     if what is Bench.verdict:
         from notabug.bench.verdict.command import command as verdict
 

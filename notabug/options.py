@@ -58,6 +58,16 @@ class Bench(StrEnum):
     efficiency = "efficiency"
     stability = "stability"
     metamorphic = "metamorphic"
+    generality = "generality"
+
+
+class BenchPart(StrEnum):
+    """What ``notabug bench generality`` looks at."""
+
+    scenes = "scenes"
+    meshes = "meshes"
+    faults = "faults"
+    limitations = "limitations"
 
 
 class FailOn(StrEnum):

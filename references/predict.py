@@ -51,16 +51,16 @@ def configured(scene: Scene, models: Iterable[Model]) -> tuple[Scene, Options]:
 def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) -> Envelope:
     """The envelope of ``scene`` under ``models`` (none: the reference), from the cache where it is there.
 
-    Raises ReferenceNotFiniteError where it holds NaN or Inf, unless a fault is among the models: a fault may overflow.
+    Raises ReferenceNotFiniteError where the reference holds NaN or Inf; what models predict may overflow.
 
     The cache's key is the configured scene's contents, the switches, the sources that compute it and the version of
     numpy; its values are float32 (relative error 6e-8, far below any tolerance).
     """
     chosen = tuple(models)
     envelope = _predicted(*configured(scene, chosen), cached=cached)
-    if all(each.kind != "fault" for each in chosen):
+    if not chosen:
         for values in (envelope.point, envelope.mean, envelope.lo, envelope.hi, envelope.variance):
-            check_finite(values, scene, " and ".join(each.name for each in chosen))
+            check_finite(values, scene)
     return envelope
 
 
@@ -78,7 +78,7 @@ def _predicted(scene: Scene, options: Options, *, cached: bool) -> Envelope:
     return envelope
 
 
-def check_finite(values: npt.NDArray[np.floating], scene: Scene, under: str = "") -> None:
+def check_finite(values: npt.NDArray[np.floating], scene: Scene) -> None:
     """Raise ReferenceNotFiniteError where ``values`` (h, w, 3), predicted of ``scene``, hold NaN or Inf."""
     wrong = ~np.isfinite(values).all(axis=2)
     if not wrong.any():
@@ -86,7 +86,7 @@ def check_finite(values: npt.NDArray[np.floating], scene: Scene, under: str = ""
     y, x = (int(each[0]) for each in np.nonzero(wrong))
     how_many = f"NaN or Inf at {int(wrong.sum())} of {wrong.size} pixels"
     raise ReferenceNotFiniteError(
-        "the reference is not finite" + (f" under {under}" if under else ""),
+        "the reference is not finite",
         where=f"{scene.id} {scene.variant}".rstrip(),
         expected="finite values",
         got=f"{how_many}, the first at ({x}, {y}): {values[y, x].tolist()}",

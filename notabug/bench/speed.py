@@ -31,6 +31,7 @@ from notabug.scenes_usd.scene import Scene
 
 REPEATS = 5
 RAYS = 1024  # squared
+TESSELLATION = "96x48"  # of the ball that is traced
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +79,7 @@ def camera_rays(scene: Scene, side: int) -> tuple[npt.NDArray[np.float64], npt.N
 
 def _against_embree() -> Figure:
     name, asked = "tracer, rays per second against Embree (float32, 1 thread)", "at least 0.5"
-    scene = read_scene("terminator/sphere", {"tessellation": "96x48"})
+    scene = read_scene("terminator/sphere", {"tessellation": TESSELLATION})
     flat = flatten(scene)
     origins, directions = camera_rays(scene, RAYS)
     n = len(directions)
@@ -104,7 +105,7 @@ def _against_embree() -> Figure:
 
 
 def _envelope() -> Figure:
-    scene = read_scene("terminator/sphere", {"tessellation": "96x48"})
+    scene = read_scene("terminator/sphere", {"tessellation": TESSELLATION})
     (seconds,) = _best(lambda: trace_envelope(scene))
     note = "256 x 256, 16 subsamples a pixel, 64 at edges, float64"
     return Figure("envelope, warm", seconds, "s", "under 1 s", seconds < 1.0, note)

@@ -9,19 +9,28 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import notabug.bench.verdict
 import notabug.metrics
 import notabug.references
-from notabug.bench.verdict.design import Group
 from notabug.folders import write_text
 from notabug.references import _native
 from notabug.references.cache import cache_root, source_hash
 
 Record = dict[str, Any]
-Expose = Callable[[Group], list[Record]]
 TOGETHER = 6  # groups of a setting at most that one process does: at the end the others would wait for it
+
+
+class Keyed(Protocol):
+    """Work whose records are kept under its key; what shares a setting is done by one process."""
+
+    def key(self) -> str: ...
+
+    def setting(self) -> Any: ...
+
+
+Work = TypeVar("Work", bound=Keyed)
 
 
 def folder() -> Path:
@@ -31,7 +40,7 @@ def folder() -> Path:
     return cache_root() / "bench" / "-".join([*versions, _native.SOURCES])
 
 
-def kept(group: Group, within: Path) -> list[Record] | None:
+def kept(group: Keyed, within: Path) -> list[Record] | None:
     """The records of ``group`` from an earlier run, or None."""
     try:
         found = json.loads((within / f"{group.key()}.json").read_text())
@@ -40,7 +49,9 @@ def kept(group: Group, within: Path) -> list[Record] | None:
     return found if isinstance(found, list) else None
 
 
-def run(groups: Sequence[Group], expose: Expose, within: Path, workers: int = 0) -> Iterator[list[Record]]:
+def run(
+    groups: Sequence[Work], expose: Callable[[Work], list[Record]], within: Path, workers: int = 0
+) -> Iterator[list[Record]]:
     """The records of every group: first those that are there, then the others as they are made."""
     within.mkdir(parents=True, exist_ok=True)
     waiting = []
@@ -55,7 +66,7 @@ def run(groups: Sequence[Group], expose: Expose, within: Path, workers: int = 0)
     workers = workers or os.cpu_count() or 1
     context = multiprocessing.get_context("spawn")  # the kernels' threads do not survive a fork
     with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        settings = [list(each) for _, each in groupby(waiting, Group.setting)]
+        settings = [list(each) for _, each in groupby(waiting, lambda work: work.setting())]
         parts = [each[at : at + TOGETHER] for each in settings for at in range(0, len(each), TOGETHER)]
         made = [pool.submit(_setting, each, expose, within) for each in parts]
         try:
@@ -66,7 +77,7 @@ def run(groups: Sequence[Group], expose: Expose, within: Path, workers: int = 0)
             raise
 
 
-def _setting(groups: Sequence[Group], expose: Expose, within: Path) -> list[list[Record]]:
+def _setting(groups: Sequence[Work], expose: Callable[[Work], list[Record]], within: Path) -> list[list[Record]]:
     """The records of each of ``groups``, one after the other in one process, kept as soon as they are made."""
     found = []
     for group in groups:
