@@ -13,8 +13,8 @@ from notabug import __version__
 from notabug.exit_codes import ExitCode, exit_code
 from notabug.options import (
     Bench,
-    Declare,
     BenchPart,
+    Declare,
     Deed,
     Encoding,
     FailOn,
