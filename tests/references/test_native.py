@@ -1,4 +1,4 @@
-"""The C++ extension: one result for any number of threads, what it says in each precision, never older than its code."""
+"""The C++ extension: one result for any number of threads, each precision what it says, never older than its code."""
 
 from __future__ import annotations
 
