@@ -1,4 +1,4 @@
-"""The C++ extension: the same with any number of threads, in each precision what it says, and never older than its code."""
+"""The C++ extension: the same with any number of threads, in each precision what it says, never older than its code."""
 
 from __future__ import annotations
 
