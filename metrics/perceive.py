@@ -12,6 +12,24 @@ PIXELS_PER_DEGREE = 67.0  # FLIP's default: 0.7 m from a 0.7 m wide display of 3
 REACH = 10  # pixels that FLIP's filters reach at this density: three standard deviations of the widest
 
 
+def _to_xyz(*chromaticities: tuple[float, float]) -> npt.NDArray[np.float64]:
+    """The matrix to XYZ (3, 3) of a red, a green and a blue (x, y) that make the white D65 when they are alike."""
+    columns = np.array([(x / y, 1.0, (1.0 - x - y) / y) for x, y in (*chromaticities, (0.3127, 0.3290))]).T
+    return np.asarray(columns[:, :3] * np.linalg.solve(columns[:, :3], columns[:, 3]))
+
+
+# Linear Rec. 709 to Rec. 2020, from the primaries of ITU-R BT.709 and BT.2020; BT.2087 rounds it to four digits.
+_TO_2020 = np.linalg.solve(
+    _to_xyz((0.708, 0.292), (0.170, 0.797), (0.131, 0.046)), _to_xyz((0.640, 0.330), (0.300, 0.600), (0.150, 0.060))
+)
+# ITU-R BT.2100: Rec. 2020 to the cones' responses, and from those, quantised, to ICtCp.
+_TO_LMS = np.array([[1688, 2146, 262], [683, 2951, 462], [99, 309, 3688]]) / 4096.0
+_TO_ICTCP = np.array([[2048, 2048, 0], [6610, -13613, 7003], [17933, -17390, -543]]) / 4096.0
+# SMPTE ST 2084: the perceptual quantiser, up to 10,000 cd/m^2.
+_PEAK, _M1, _M2 = 10000.0, 2610 / 16384, 2523 / 4096 * 128
+_C1, _C2, _C3 = 3424 / 4096, 2413 / 4096 * 32, 2392 / 4096 * 32
+
+
 def flip(reference: Floats, test: Floats) -> Floats:
     """LDR-FLIP (h, w) of two linear pictures (h, w, 3) at one fixed exposure: 0 no difference, 1 the largest.
 
@@ -38,14 +56,15 @@ def flip(reference: Floats, test: Floats) -> Floats:
 
 def delta_itp(reference: Floats, test: Floats) -> Floats:
     """Delta E_ITP (n,) of linear Rec. 709 colours (n, 3), 1 = just noticeable; ITU-R BT.2124, white at 100 cd/m^2."""
-    import colour
+    intensity, tritan, protan = np.moveaxis(ictcp(reference) - ictcp(test), -1, 0)
+    return np.asarray(720.0 * np.sqrt(intensity**2 + (0.5 * tritan) ** 2 + protan**2))
 
-    wide = colour.matrix_RGB_to_RGB(colour.RGB_COLOURSPACES["ITU-R BT.709"], colour.RGB_COLOURSPACES["ITU-R BT.2020"])
-    coded = [
-        colour.RGB_to_ICtCp(np.maximum(np.asarray(each, np.float64) @ wide.T, 0.0) * WHITE)
-        for each in (reference, test)
-    ]
-    return np.asarray(colour.difference.delta_E_ITP(*coded))
+
+def ictcp(colours: Floats) -> npt.NDArray[np.float64]:
+    """ICtCp (n, 3) of linear Rec. 709 colours (n, 3), by the perceptual quantiser of SMPTE ST 2084; ITU-R BT.2100."""
+    wide = np.maximum(np.asarray(colours, np.float64) @ _TO_2020.T, 0.0) * WHITE
+    power = (wide @ _TO_LMS.T / _PEAK) ** _M1
+    return np.asarray(((_C1 + _C2 * power) / (1.0 + _C3 * power)) ** _M2 @ _TO_ICTCP.T)
 
 
 def jnd(reference: Floats, test: Floats, mask: npt.NDArray[np.bool_]) -> float:

@@ -12,7 +12,7 @@ from typing import Any
 import notabug
 from notabug.references import _native
 
-LIBRARIES = ("numpy", "scipy", "OpenImageIO", "usd-core", "flip-evaluator", "colour-science", "scikit-image")
+LIBRARIES = ("numpy", "scipy", "OpenImageIO", "usd-core", "flip-evaluator", "scikit-image")
 
 MADE_OF = (".py", ".usda")  # what scenes, models and the judge are written in
 

@@ -210,13 +210,14 @@ def test_the_installed_wheel_judges_without_a_compiler_and_without_a_home(wheel:
     site, picture = tmp_path / "site", tmp_path / "picture.exr"
     zipfile.ZipFile(wheel).extractall(site)
     code = f"""
+from pathlib import Path
 import notabug
 assert notabug.__file__.startswith({str(site)!r}), notabug.__file__
 from notabug.references.tracer.envelope import trace_envelope
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader import read_scene
 scene = read_scene("terminator/sphere", {{"tessellation": "8x4"}})
-write_exr({str(picture)!r}, trace_envelope(scene.as_intended()).point.astype("float32"))
+write_exr(Path({str(picture)!r}), trace_envelope(scene.as_intended()).point.astype("float32"))
 import sys
 sys.argv = ["notabug", "judge", {str(picture)!r}, "--scene", "terminator/sphere", "--variant", "tessellation=8x4"]
 from notabug.__main__ import main

@@ -32,8 +32,8 @@ template <class T>
 struct Lit {
     Vec3<T> colour{0, 0, 0};
     std::uint64_t blocked = 0, facing = 0;  // one bit for each light
-    std::uint64_t flags = 0;                // see Identity
-    bool any = false;                       // whether a light was looked at
+    bool any = false;                       // whether a light was looked at that is not behind the surface
+    bool last_lost = false;                 // whether acne or a tie took the last of those
     bool forgiven = false;
 };
 
@@ -120,7 +120,7 @@ struct Whitted {
             const T steep = std::abs(gl);
             const bool dark = sight.unlit || acne(k, ray, hit, at, steep);
             lit.any = true;
-            lit.flags = dark;
+            lit.last_lost = dark;
             T share = 1;
             if (dark) {
                 share = 0;
@@ -293,7 +293,9 @@ struct Whitted {
             if constexpr (F::secondary) opaque = scene.secondary[material].opacity;
             made.colour = made.colour + mul(opaque * from.weight, lit.colour);
             seen = seen * 31 + static_cast<std::uint64_t>(s.object + 1) + facing_prime * lit.facing;
-            dark = (lit.any ? lit.flags : dark) * 31 + lit.blocked;
+            // As the references were computed: a hit that a light reaches forgets what was blocked at the hits before it.
+            if (lit.any) dark = lit.last_lost ? 1 : 0;
+            dark = dark * 31 + lit.blocked;
             if (s.sagitta <= 0 && hit.triangle >= 0) seen += 67108864 * facet_code(s.facet);
             if (primary) made.spared = lit.forgiven;
             if constexpr (F::secondary) n = send(from, hit, s, start, scene.secondary[material], rays, n);

@@ -36,6 +36,16 @@ def _itp(linear: Floats) -> Floats:
 colours = hnp.arrays(np.float64, (7, 3), elements=st.floats(0.0, 4.0))
 
 
+def test_delta_itp_agrees_with_colour_science() -> None:
+    """An implementation that is not ours, which takes a second to load: it comes with matplotlib."""
+    colour = pytest.importorskip("colour")
+    one, other = np.random.default_rng(1).random((2, 500, 3)) ** 3 * 4.0
+    spaces = colour.RGB_COLOURSPACES
+    wide = colour.matrix_RGB_to_RGB(spaces["ITU-R BT.709"], spaces["ITU-R BT.2020"])
+    coded = [colour.RGB_to_ICtCp(each @ wide.T * 100.0) for each in (one, other)]
+    assert delta_itp(one, other) == pytest.approx(colour.difference.delta_E_ITP(*coded), rel=1e-9)
+
+
 def test_delta_itp_of_published_greys() -> None:
     """For greys it is 720 times the step in PQ; ITU-R BT.2408, table 1: 100 cd/m^2 is 51 %, 1,000 is 75 %."""
     grey = np.array([[0.0] * 3, [1.0] * 3, [10.0] * 3])
