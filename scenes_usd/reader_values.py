@@ -32,12 +32,11 @@ def fault(prim: Usd.Prim, attribute: str, what: str, *, expected: str = "", got:
     return SceneError(what, where=where, expected=expected, got=got, do=do)
 
 
-Kind = Literal["flag", "number", "whole", "word", "asset", "numbers"]
+Kind = Literal["flag", "number", "word", "asset", "numbers"]
 
 _KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {  # what each kind of value is in Python, and in words
     "flag": (lambda found: isinstance(found, bool), "true or false"),
     "number": (lambda found: isinstance(found, int | float) and not isinstance(found, bool), "a number"),
-    "whole": (lambda found: isinstance(found, int) and not isinstance(found, bool), "a whole number"),
     "word": (lambda found: isinstance(found, str), "a word"),
     "asset": (lambda found: isinstance(found, Sdf.AssetPath), "the path of a file, as in @picture.png@"),
     "numbers": (lambda found: _as_numbers(found) is not None, "numbers in brackets, as in (1, 0.5, 0)"),
