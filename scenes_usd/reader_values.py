@@ -17,7 +17,8 @@ from notabug.scenes_usd.scene import Floats, Ints
 TIME = Usd.TimeCode.EarliestTime()  # a lone time sample, as some exporters write, counts as a plain value
 ROUNDED = 2.0**-20  # of a number or of 1: eight roundings of float32, in which most of USD's numbers are stored
 AFFINE = 1e-9  # of a matrix's last column: products and inverses of doubles leave some 1e-16 a factor there
-FARTHEST = 1e18  # of a coordinate in world space: squared, a float32 still holds it
+ORTHOGONAL = 1e-5  # of a matrix's rows squared: many exporters write six digits, which leaves a few 1e-6
+FARTHEST = 1e12  # of a coordinate in world space: a product of three, a determinant, is still a float32
 
 _FAR = "world space reaches too far"
 _MISTYPED = "a value of the wrong type"
