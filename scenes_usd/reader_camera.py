@@ -9,6 +9,7 @@ from pxr import Usd, UsdRender
 
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.reader_values import (
+    ORTHOGONAL,
     blamed,
     check_plain,
     fault,
@@ -67,7 +68,7 @@ def read_camera(stage: Usd.Stage) -> tuple[Camera, int, int]:
     matrix = world_matrix(prim)
     linear = matrix[:3, :3]
     scale = float(np.cbrt(abs(np.linalg.det(linear))))
-    even = np.allclose(linear @ linear.T, scale * scale * np.eye(3), rtol=0, atol=1e-6 * scale * scale)
+    even = np.allclose(linear @ linear.T, scale * scale * np.eye(3), rtol=0, atol=ORTHOGONAL * scale * scale)
     if turns_over(linear) or not even:
         raise fault(
             prim,

@@ -8,6 +8,7 @@ import numpy as np
 from pxr import Usd
 
 from notabug.scenes_usd.reader_values import (
+    ORTHOGONAL,
     ROUNDED,
     Colour,
     check_colour,
@@ -101,4 +102,4 @@ def _times(colour: Colour, factor: float) -> Colour:
 
 def _is_rigid(matrix: Floats) -> bool:
     linear = matrix[:3, :3]
-    return bool(np.allclose(linear @ linear.T, np.eye(3), atol=1e-6))
+    return bool(np.allclose(linear @ linear.T, np.eye(3), rtol=0.0, atol=ORTHOGONAL))

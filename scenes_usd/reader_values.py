@@ -17,7 +17,8 @@ from notabug.scenes_usd.scene import Floats, Ints
 TIME = Usd.TimeCode.EarliestTime()  # a lone time sample, as some exporters write, counts as a plain value
 ROUNDED = 2.0**-20  # of a number or of 1: eight roundings of float32, in which most of USD's numbers are stored
 AFFINE = 1e-9  # of a matrix's last column: products and inverses of doubles leave some 1e-16 a factor there
-FARTHEST = 1e18  # of a coordinate in world space: squared, a float32 still holds it
+ORTHOGONAL = 1e-5  # of a matrix's rows squared: many exporters write six digits, which leaves a few 1e-6
+FARTHEST = 1e12  # of a coordinate in world space: a product of three, a determinant, is still a float32
 
 _FAR = "world space reaches too far"
 _MISTYPED = "a value of the wrong type"
@@ -32,12 +33,11 @@ def fault(prim: Usd.Prim, attribute: str, what: str, *, expected: str = "", got:
     return SceneError(what, where=where, expected=expected, got=got, do=do)
 
 
-Kind = Literal["flag", "number", "whole", "word", "asset", "numbers"]
+Kind = Literal["flag", "number", "word", "asset", "numbers"]
 
 _KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {  # what each kind of value is in Python, and in words
     "flag": (lambda found: isinstance(found, bool), "true or false"),
     "number": (lambda found: isinstance(found, int | float) and not isinstance(found, bool), "a number"),
-    "whole": (lambda found: isinstance(found, int) and not isinstance(found, bool), "a whole number"),
     "word": (lambda found: isinstance(found, str), "a word"),
     "asset": (lambda found: isinstance(found, Sdf.AssetPath), "the path of a file, as in @picture.png@"),
     "numbers": (lambda found: _as_numbers(found) is not None, "numbers in brackets, as in (1, 0.5, 0)"),

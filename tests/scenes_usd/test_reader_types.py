@@ -155,6 +155,26 @@ def test_every_look_at_of_openusd_is_read(write: Write) -> None:
         assert scene.camera.to_world[3, :3] == pytest.approx(tuple(eye), abs=1e-12)
 
 
+def test_a_camera_that_was_written_with_six_digits(write: Write) -> None:
+    """It is the nearest rotation, exactly one; what is sheared by more is refused."""
+    import numpy as np
+
+    from notabug.scenes_usd.transform import rotation
+
+    matrix = rotation((1, 2, 3), 37.0)
+
+    def text(digits: int) -> str:
+        rows = ", ".join(f"({', '.join(f'{x:.{digits}g}' for x in row)})" for row in matrix)
+        return f'matrix4d xformOp:transform = ({rows})\nuniform token[] xformOpOrder = ["xformOp:transform"]'
+
+    end = '\n    }\n\n    def SphereLight "Light"'
+    turned = read_scene(write((CAMERA, text(6) + end))).camera.to_world[:3, :3]
+    np.testing.assert_allclose(turned @ turned.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(turned, matrix[:3, :3], atol=2e-6)
+    with pytest.raises(SceneError, match="sheared"):
+        read_scene(write((CAMERA, text(3) + end)))
+
+
 @pytest.mark.parametrize("last", ["0.999", "2", "0", "-1"])
 def test_a_projective_matrix_is_refused(last: str, write: Write) -> None:
     with pytest.raises(SceneError, match=r"/Scene/Camera\.xformOpOrder: the transform to world space is projective"):
