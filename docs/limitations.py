@@ -23,7 +23,7 @@ ELSEWHERE = {
     "lobe_normalised_n8": "three.js normalises Blinn's lobe about so; POV-Ray and the shaders here do not normalise",
     "highlight_cosine": "three.js weights highlights by N.L; POV-Ray does not, Mitsuba and OpenGL get the scene's rule",
     "gouraud_interpolation": "OpenGL's fixed pipeline interpolates colours; all renderers here interpolate normals",
-    "gouraud_pixel_shadows": "a shadow map over colours that are lit at corners, as games had; no renderer here has both",
+    "gouraud_pixel_shadows": "a shadow map over colours that are lit at corners, as games had; none here has both",
     "gouraud_unshadowed": "OpenGL's fixed pipeline, which has no shadows; all renderers here interpolate normals",
     "lobe_normalised_n2over8": "a slip for (n + 8)/8 that shaders have copied; no renderer here normalises",
     "bounce_limit": "POV-Ray follows five by default, game engines one; every adapter here asks for eight",

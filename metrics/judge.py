@@ -14,7 +14,7 @@ from notabug.metrics import perceive as eye
 from notabug.metrics.admissible import RELATIVE, Admissible, admissible
 from notabug.metrics.causes import gain_message
 from notabug.metrics.channels import largest, pixels, put
-from notabug.metrics.explain import Explanation, Predict, admitted, explain, support
+from notabug.metrics.explain import Explanation, Predict, admitted, beside_faults, explain, support
 from notabug.metrics.naming import UNNAMED, Name, Others, name_bug
 from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import TILE, Measured, measure
@@ -100,7 +100,8 @@ def judge(
         faults = [each.under(declaration) for each in known if each.kind == "fault" and each.open_to(declaration)]
         name = UNNAMED
         if naming:
-            name = name_bug(measured, found, faults, open_to, predicted, previewed, others)
+            beside = beside_faults(open_to, found)
+            name = name_bug(measured, found, faults, beside, predicted, previewed, others)
         if name.name == "unexplained":
             name = _global_name(found) or name
     if hesitation and (name is None or name.name == "unexplained"):  # what a fault explains is no noise
