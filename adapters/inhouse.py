@@ -88,7 +88,8 @@ class InHouse:
         drawn = replace(scene, intent=None)  # meshes are drawn as they are, whatever they stand for
         on = (*self.limitations, *self.faults, f"{self.interpolation}_interpolation")
         # of several models of a name, one a light or an axis say, the first
-        named = {each.name: each.as_drawn() for each in reversed(list(models(scene))) if each.name in on}
+        known = [each for each in models(scene) if each.name in on and ("gouraud_meshes", "all") not in each.also]
+        named = {each.name: each.as_drawn() for each in reversed(known)}
         chosen = list(named.values())
         configured_scene, options = configured(drawn, chosen)
         ties = options.ties if options.ties != "first" else self.ties

@@ -37,6 +37,7 @@ MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this
 MEAN_FOUGHT, MOST_BETWEEN = 0.05, 0.9
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
+VALUES = {2: 4, 3: 2}  # of a feature that are tried in a set of so many models: those that explain most by themselves
 LEAST_TOLD = 0.5  # share of the wrong pixels that lie off edges, below which quick pictures tell nothing
 NEARER = 0.95  # of what the best set leaves: a larger set whose quick picture leaves more is not predicted
 AROUND = 4  # pixels: a filter's radius and what falls between the centres of pixels
@@ -362,14 +363,16 @@ def habits(models: Sequence[Model]) -> tuple[Model, ...]:
     )
 
 
-def candidates(models: Sequence[Model], together: tuple[Model, ...] = ()) -> Iterator[tuple[Model, ...]]:
+def candidates(
+    models: Sequence[Model], together: tuple[Model, ...] = (), sizes: Sequence[int] = range(LARGEST_SET + 1)
+) -> Iterator[tuple[Model, ...]]:
     """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other.
 
     The models ``together`` count as one, which beside others is the likeliest.
     """
     single: list[tuple[Model, ...]] = [(each,) for each in models]
     block = [together] if len(together) > 1 else []
-    for size in range(min(LARGEST_SET, len(models)) + 1):
+    for size in (each for each in sizes if each <= len(models)):
         for some in combinations(single + block if size < 2 else block + single, size):
             chosen = tuple(each for unit in some for each in unit)
             features = [each.when[0] for each in chosen if each.when]
@@ -398,18 +401,19 @@ def explain(
     together = habits(models)
     useful = _useful(bare, models, together, predict, preview)
     enough: list[Explanation] = []
-    for chosen in candidates(useful, together):
-        if enough and len(chosen) > 1:
-            break
-        if not chosen:
-            continue
-        if len(chosen) > 1 and preview is not None and not _nearer(measured, chosen, best, predict, preview):
-            continue
-        found = fit(measured, chosen, predict)
-        if not found.triggers:
-            enough.append(found)
-        elif found.significance.excess < 0.9 * best.significance.excess:
-            best = found
+    left: dict[Model, float] = {}
+    for size in range(1, LARGEST_SET + 1):
+        for chosen in candidates(_leading(useful, left, VALUES.get(size, len(useful))), together, (size,)):
+            if enough and len(chosen) > 1:
+                break
+            if len(chosen) > 1 and preview is not None and not _nearer(measured, chosen, best, predict, preview):
+                continue
+            found = fit(measured, chosen, predict)
+            left.setdefault(chosen[0], found.significance.excess)
+            if not found.triggers:
+                enough.append(found)
+            elif found.significance.excess < 0.9 * best.significance.excess:
+                best = found
     if enough:  # dots may fill a facet as well: the models that could explain the least else
         return replace(min(enough, key=lambda each: each.freedom), before=bare.significance.z)
     enlarged = _beside(measured, best, predict, [each for each in models if each not in useful])
@@ -477,19 +481,42 @@ def _useful(
     A shadow ray that passes over a pane changes nothing where a pane blocks it, and much where it keeps a share.
     """
 
-    def moves(model: Model, beside: tuple[Model, ...]) -> bool:
-        near = preview is None or nears(bare, model, preview, beside)
-        return near and _helps(bare, model, predict, beside)
-
-    alone = [each for each in models if moves(each, ())]
+    alone = [each for each in models if (preview is None or nears(bare, each, preview)) and _helps(bare, each, predict)]
+    if preview is None:
+        return alone
     besides: list[tuple[Model, ...]] = [(each,) for each in alone if each.kind == "convention"]
     besides += [together] if len(together) > 1 else []
     return [
         each
         for each in models
         if each in alone
-        or any(moves(each, other) for other in besides if each not in other and not _excluded(each, other))
+        or any(
+            nears(bare, each, preview, other) for other in besides if each not in other and not _excluded(each, other)
+        )
     ]
+
+
+def _leading(models: Sequence[Model], left: dict[Model, float], most: int) -> list[Model]:
+    """``models`` without all but ``most`` values of a feature: those by which the least is ``left``."""
+    ranked = sorted(models, key=lambda each: left.get(each, 0.0))
+    counts: dict[str, int] = {}
+    kept = []
+    for each in ranked:
+        feature = each.when[0] if each.when else ""
+        counts[feature] = counts.get(feature, 0) + 1
+        if not feature or counts[feature] <= most:
+            kept.append(each)
+    return [each for each in models if each in kept]
+
+
+def beside_faults(models: Sequence[Model], found: Explanation) -> tuple[Model, ...]:
+    """Those of ``models`` to be tried beside a fault: of a feature of many values only what ``found`` has of it."""
+    features = [each.when[0] if each.when else "" for each in models]
+    return tuple(
+        each
+        for each, feature in zip(models, features, strict=True)
+        if not feature or features.count(feature) <= VALUES[2] or each in found.models
+    )
 
 
 def _excluded(model: Model, beside: tuple[Model, ...]) -> bool:
@@ -497,10 +524,10 @@ def _excluded(model: Model, beside: tuple[Model, ...]) -> bool:
     return model.when is not None and any(each.when is not None and each.when[0] == model.when[0] for each in beside)
 
 
-def _helps(start: Explanation, model: Model, predict: Predict, fixed: tuple[Model, ...] = ()) -> bool:
-    """Whether ``model``, beside those of ``start`` and ``fixed``, moves any pixel that needs explaining."""
+def _helps(start: Explanation, model: Model, predict: Predict) -> bool:
+    """Whether ``model``, beside those of ``start``, moves any pixel that needs explaining."""
     wrong = start.significance.pixels
-    beside = (*choices(start.models), *fixed)
+    beside = choices(start.models)
     base = predict(beside)
     moved = (support(base, predict((*beside, value))) for value in model.values())
     return not wrong.any() or any(bool((each & wrong).any()) for each in moved)

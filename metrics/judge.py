@@ -14,7 +14,7 @@ from notabug.metrics import perceive as eye
 from notabug.metrics.admissible import RELATIVE, Admissible, admissible, reckonable, suspected
 from notabug.metrics.causes import gain_message
 from notabug.metrics.channels import pixels, put
-from notabug.metrics.explain import Explanation, admitted, explain
+from notabug.metrics.explain import Explanation, admitted, beside_faults, explain
 from notabug.metrics.hesitation import hesitation
 from notabug.metrics.leeway import leeway
 from notabug.metrics.naming import UNNAMED, Name, Others, name_bug, possible
@@ -118,7 +118,8 @@ def judge(
         name = UNNAMED
         if naming:
             faults = [each.under(declaration) for each in known if each.kind == "fault" and each.open_to(declaration)]
-            name = name_bug(measured, found, possible(faults, declaration), open_to, predicted, previewed, others)
+            beside = beside_faults(open_to, found)
+            name = name_bug(measured, found, possible(faults, declaration), beside, predicted, previewed, others)
         if name.name == "unexplained":
             name = _global_name(found) or name
         bug = _bug(name, found)

@@ -57,7 +57,10 @@ def named(scene: Scene, name: str) -> list[Model]:
 
 @pytest.fixture(scope="module")
 def judged(studio: Any) -> Callable[..., Verdict]:
-    return lambda picture, scene, declaration: studio.verdict([picture], scene, declaration)
+    """The verdict on a picture; a bug is given a name only where the test looks at it, which takes long."""
+    return lambda picture, scene, declaration, naming=False: studio.verdict(
+        [picture], scene, declaration, naming=naming
+    )
 
 
 # --- crossings ----------------------------------------------------------------------------------------------------
@@ -137,7 +140,7 @@ def test_a_fault_beside_close_sheets_stays_a_bug(
     scene = sheets(0.0)
     picture = switched(scene, shadow_gap=1e-3)
     poleless = replace(scene, objects=tuple(each for each in scene.objects if "Pole" not in each.path))
-    word, names = kinds(judged(switched(poleless, shadow_gap=1e-3), scene, UNKNOWN))
+    word, names = kinds(judged(switched(poleless, shadow_gap=1e-3), scene, UNKNOWN, naming=True))
     assert word == "bug"
     assert "object_missing" in names
     inside = np.abs(picture - switched(scene)).max(axis=2) > 1e-3
@@ -274,7 +277,7 @@ def test_silhouettes_of_a_renderer_without_shadows(ball: Scene, judged: Callable
 
 def test_shadows_may_be_declared_away_and_are_not_unknown(ball: Scene, judged: Callable[..., Verdict]) -> None:
     picture = switched(ball, shadows="none")
-    assert kinds(judged(picture, ball, UNKNOWN)) == ("bug", ["no_shadow"])
+    assert kinds(judged(picture, ball, UNKNOWN, naming=True)) == ("bug", ["no_shadow"])
     assert kinds(judged(picture, ball, replace(POINT, shadows="none"))) == ("limitation", ["unshadowed"])
     without = replace(POINT, shadows="none")
     told = {each.name for each in models(ball) if each.kind == "fault" and each.open_to(without)}
