@@ -59,6 +59,7 @@ class Admissible:
     widened: float = 0.0  # by how much the filter's variance exceeds that of the pixel
     samples: tuple[Floats, Floats] | None = None  # (h, w, 3) least and most of single samples, where lo, hi are nearer
     sampled: tuple[Floats, Floats, Floats] | None = None  # least and most of one random sample, and its variance
+    never: Bools | None = None  # (h, w) where a single sample of some seed shows what none can
     stray: float = 1.0  # share of a pixel's samples that last bits may lead astray
 
 
@@ -124,7 +125,7 @@ def admissible(
             for each, which, sign in ((lo, np.maximum, -1.0), (hi, np.minimum, 1.0))
         )
         sampled = (lo, hi, np.zeros_like(value))
-    return Admissible(value, lo, hi, tau, edge, spared, point, reach_of_filter, samples, sampled, stray)
+    return Admissible(value, lo, hi, tau, edge, spared, point, reach_of_filter, samples, sampled, stray=stray)
 
 
 def beside_centre(envelope: Envelope) -> Floats:

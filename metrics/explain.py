@@ -186,11 +186,14 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Expla
     for each in values[1:]:
         within |= support(base, each)
     everything = (base, *values)
-    value, alpha = base.value, np.zeros(within.shape)
+    value, alpha, never = base.value, np.zeros(within.shape), base.never
     if not base.share_is_point:
         lo = np.minimum.reduce([each.lo for each in everything])
         hi = np.maximum.reduce([each.hi for each in everything])
-        taken = np.clip(measured.mean, lo, hi) if measured.singles is None else _taken(measured.singles, everything)
+        taken = np.clip(measured.mean, lo, hi)
+        if measured.singles is not None:
+            taken, missed = _taken(measured.singles, everything)
+            never = within & (missed > np.maximum.reduce([largest(each.tau) for each in everything]))
         value = np.where(within[..., None], taken, base.value)
         off = largest(np.abs(value - base.value))
         reach = largest(np.maximum(hi - base.value, base.value - lo))
@@ -210,28 +213,29 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Expla
     lo = np.where(at, np.minimum.reduce([each for each, _ in reaches]), np.where(within[..., None], value, base.lo))
     hi = np.where(at, np.maximum.reduce([each for _, each in reaches]), np.where(within[..., None], value, base.hi))
     tau = np.where(within[..., None], np.maximum.reduce([each.tau for each in everything]), base.tau)
-    target = replace(base, value=value, lo=lo, hi=hi, tau=tau, edge=edge)
+    target = replace(base, value=value, lo=lo, hi=hi, tau=tau, edge=edge, never=never)
     length = np.sqrt(total((values[0].value - base.value) ** 2))
     return target, alpha, within, float(length[within].sum() / within.size)
 
 
-def _taken(singles: Floats, values: Sequence[Admissible]) -> Floats:
+def _taken(singles: Floats, values: Sequence[Admissible]) -> tuple[Floats, Floats]:
     """The mean (h, w, 3) of the seeds' ``singles`` (n, h, w, 3), each moved to what one sample of the nearest of
-    ``values`` may show."""
-    moved = np.zeros(singles.shape[1:])
+    ``values`` may show, and by how much (h, w) the farthest of them is moved."""
+    moved, farthest = np.zeros(singles.shape[1:]), np.zeros(singles.shape[1:3])
     for each in singles:
-        least = np.full(each.shape[:2], np.inf)
+        least = np.full(farthest.shape, np.inf)
         nearest = np.zeros(each.shape)
         for value in values:
             assert value.sampled is not None
             low, high, _ = value.sampled
             missed = MISSED * (high - low)
             inside = np.clip(each, low - missed, high + missed)
-            distance = total(np.abs(each - inside))
+            distance = largest(np.abs(each - inside))
             nearest = np.where((distance < least)[..., None], inside, nearest)
             least = np.minimum(distance, least)
         moved += nearest
-    return np.asarray(moved / len(singles))
+        farthest = np.maximum(farthest, least)
+    return np.asarray(moved / len(singles)), farthest
 
 
 def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Explained:

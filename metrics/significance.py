@@ -78,6 +78,9 @@ def significance(residual: Floats, measured: Measured, to: Admissible) -> Signif
         chance = _chance(z, measured.freedom)
         pixels = discoveries(chance)
         right = _false(pixels, chance)
+        if to.never is not None:
+            pixels = pixels | to.never
+            excess = np.where(to.never, np.maximum(excess, largest(to.tau)), excess)
         tile, faint = _tiles(residual, measured, to, pixels)
     wrong = pixels & ~right
     wrong &= ~excused(wrong, measured.mean, to)

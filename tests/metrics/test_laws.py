@@ -280,7 +280,6 @@ def test_a_gain_is_measured() -> None:
         ("box", 4, True, 1.0),
         ("box", 16, True, 0.1),
         ("unknown", 64, False, 1.0),
-        ("point", 1, False, 1.0),
     ],
 )
 def test_an_edge_admits_as_much_of_its_step_as_few_samples_may_miss(
@@ -292,11 +291,23 @@ def test_an_edge_admits_as_much_of_its_step_as_few_samples_may_miss(
     half[:, 7] = 0.5
     edge = np.broadcast_to(np.arange(16) == 7, (16, 16))
     envelope = replace(_envelope(half, edge), lo=np.floor(half), hi=np.ceil(half))
-    radius = 0.0 if filter_name == "point" else 0.5
-    declaration = replace(POINT, filter=filter_name, radius=radius, samples=samples, noisy=noisy)
+    declaration = replace(POINT, filter=filter_name, radius=0.5, samples=samples, noisy=noisy)
     found = admissible(envelope, declaration)
     assert (found.hi - found.value)[4, 7] == pytest.approx(min(0.5, share))
     assert (found.value - found.lo)[4, 7] == pytest.approx(min(0.5, share))
+
+
+@pytest.mark.parametrize("other", [0.02, 0.1, 0.3, 0.5])
+def test_at_pixel_centres_the_other_side_is_admitted_where_an_edge_is_near_the_centre(other: float) -> None:
+    """A column whose centres are bright, of which a share is dark."""
+    edge = np.broadcast_to(np.arange(16) == 7, (16, 16))
+    bright = np.ones((16, 16, 3))
+    envelope = replace(
+        _envelope(bright, edge), mean=bright - other * edge[..., None], lo=bright - edge[..., None], hi=bright
+    )
+    found = admissible(envelope, replace(POINT, samples=1))
+    assert (found.value - found.lo)[4, 7] == pytest.approx(1.0 if other > 0.25 else 0.19)
+    assert found.hi == pytest.approx(found.value)
 
 
 @pytest.mark.parametrize(("white", "word"), [(1.0, "pass"), (np.inf, "bug")])
