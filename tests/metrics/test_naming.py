@@ -197,13 +197,18 @@ def test_a_moved_camera_is_no_shift(studio: Any, name: str) -> None:
     assert found.findings[0].name == "camera_moved"
 
 
+@pytest.mark.parametrize("size", [96, 192])
 @pytest.mark.parametrize("name", ["texture/uneven_quad", "texture/perspective_floor", "phong/floor_lobes"])
-def test_a_slight_field_of_view_is_found_where_edges_allow(studio: Any, name: str) -> None:
-    scene = replace(studio.scene(name), width=128, height=128)
+def test_a_slight_field_of_view_is_found_where_edges_allow(studio: Any, name: str, size: int) -> None:
+    """Two thousandths move the border of 96 pixels by a tenth of one, as aliased edges do, and that of 192 by a fifth.
+
+    It never has another name.
+    """
+    scene = replace(studio.scene(name), width=size, height=size)
     found = judge([predict(scene, [model(scene, "field_of_view", 1.002)]).mean], scene, BOX, perceive=False).verdict
     assert found.word in ("bug", "pass")
     assert found.word == "pass" or found.findings[0].name == "field_of_view"
-    assert name != "texture/perspective_floor" or found.word == "bug"
+    assert (name, size) != ("texture/perspective_floor", 192) or found.word == "bug"
 
 
 # --- faults beside conventions, and names that are not told ---------------------------------------------------------

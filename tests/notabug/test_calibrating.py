@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from notabug.adapters.base import Found, Quality, Render
+from notabug.adapters.base import Adapter, Found, Quality, Render
+from notabug.adapters.inhouse import InHouse
 from notabug.adapters.zbuffer import ZBuffer
 from notabug.calibrating import calibrate, command
 from notabug.references.models.camera import pixel_shift
@@ -62,17 +63,21 @@ def edited(name: str) -> Fault:
     return edit
 
 
-def half_a_pixel(scene: Scene) -> Scene:
-    return pixel_shift(scene.width, scene.height, 0.5, 0.5).edit(scene)
+@dataclass(frozen=True, slots=True)
+class HalfOff(InHouse):
+    """The ray tracer with its rays through the corners of pixels."""
+
+    def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        return InHouse.render(self, pixel_shift(scene.width, scene.height, 0.5, 0.5).edit(scene), out, quality)
 
 
 def dots(picture: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     return picture * (np.random.default_rng(1).random(picture.shape[:2]) > 0.5)[..., None]
 
 
-PROMISED: dict[str, tuple[Flawed, str]] = {
+PROMISED: dict[str, tuple[Adapter, str]] = {
     "upside down": (Flawed(film=lambda a: a[::-1]), "upside down"),
-    "half a pixel": (Flawed(fault=half_a_pixel), "shifted by"),
+    "half a pixel": (HalfOff(), "shifted by (+0.50, +0.50)"),
     "v downwards": (Flawed(fault=edited("flipped_v")), "v of the texture runs downwards"),
     "u and v": (Flawed(fault=edited("swapped_uv")), "u and v of the texture"),
     "one colour": (Flawed(film=lambda a: np.full_like(a, 0.3)), "of one colour"),
@@ -86,11 +91,11 @@ PROMISED: dict[str, tuple[Flawed, str]] = {
 @pytest.mark.parametrize("promise", PROMISED)
 def test_calibrate_and_run_refuse_for_the_same_cause(promise: str, tmp_path: Path) -> None:
     adapter, says = PROMISED[promise]
-    found = Found("1", "here")
-    asked = calibrate(adapter, found, Quality())
+    found, quality = Found("1", "here"), Quality(samples=1)
+    asked = calibrate(adapter, found, quality)
     assert not asked.fine
     assert says in asked.sentence
-    plan = Plan((), {"flawed": (adapter, found)}, tmp_path / "out")
+    plan = Plan((), {"flawed": (adapter, found)}, tmp_path / "out", quality)
     refused = calibrate_in_run(plan, Silent(), "flawed").refused
     assert says in refused
     if promise == "v downwards":
