@@ -98,5 +98,30 @@ def test_noise_and_the_lack_of_it_are_read(card: Envelope) -> None:
     assert read_card([value], card, BOX, repeats=False).causes == ("noise_undeclared",)
 
 
+@pytest.mark.parametrize("card", [CARD, PLAIN], indirect=True)
+@pytest.mark.parametrize(
+    ("change", "cause"),
+    [
+        (lambda a: a.swapaxes(0, 1), "axes_exchanged"),
+        (lambda a: np.rot90(a), "axes_exchanged"),
+        (lambda a: np.random.default_rng(0).random(a.shape), "not_the_card"),
+        (lambda a: np.full_like(a, 0.25), "one_colour"),
+    ],
+    ids=["transposed", "turned", "noise", "one colour"],
+)
+def test_what_is_not_the_card_has_a_cause(change: Callable[[Floats], Floats], cause: str, card: Envelope) -> None:
+    reading = read_card([change(np.asarray(card.mean, np.float64))], card, BOX)
+    assert reading.causes == (cause,)
+    assert reading.sentence
+
+
+@pytest.mark.parametrize("card", [CARD, PLAIN], indirect=True)
+@pytest.mark.parametrize("width", [0.5, 0.8, 1.5])
+def test_a_blur_is_read_by_its_width(width: float, card: Envelope) -> None:
+    reading = read_card([ndimage.gaussian_filter(np.asarray(card.mean, np.float64), (width, width, 0))], card, BOX)
+    assert reading.causes == ("filter_undeclared",)
+    assert reading.width == pytest.approx(math.hypot(12**-0.5, width), abs=0.1)
+
+
 def test_a_picture_of_another_size_is_named(card: Envelope) -> None:
     assert read_card([np.zeros((4, 4, 3))], card, BOX).causes == ("wrong_size",)

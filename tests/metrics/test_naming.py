@@ -11,14 +11,16 @@ import pytest
 from notabug.adapters.base import Declaration, Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.metrics.admissible import Admissible, admissible
+from notabug.metrics.causes import decoded, encoded
 from notabug.metrics.explain import fit
 from notabug.metrics.judge import judge
-from notabug.metrics.naming import coarse
+from notabug.metrics.naming import coarse, possible
 from notabug.metrics.noise import measure
 from notabug.metrics.verdict import Verdict
+from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model, models
 from notabug.references.predict import configured, predict
-from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.envelope import trace_envelope, trace_picture
 from notabug.scenes_usd.scene import Scene
 
 DECLARATION = InHouse().declaration(Quality(samples=1))
@@ -136,3 +138,177 @@ def test_means_over_blocks() -> None:
     assert coarse(values, 1) is values
     assert coarse(values, 4).ravel().tolist() == [values[:, :4].mean(), values[:, 4:].mean()]
     assert coarse(np.ones((7, 9, 3)), 4).shape == (1, 2, 3)
+
+
+# --- shifts of the raster ------------------------------------------------------------------------------------------
+
+SHIFTED = ("terminator/sphere", "visibility/standing", "mirror/corner", "texture/uneven_quad")
+
+
+def shifted(scene: Scene, vector: tuple[float, float], declaration: Declaration) -> Verdict:
+    applied = (pixel_shift(scene.width, scene.height, *vector),)
+    draw = configured(scene, applied)
+    point = declaration.filter == "point"
+    picture = trace_picture(*draw) if point else trace_envelope(*draw, grid=5, refine=0).mean
+    return judge([picture], scene, declaration, perceive=False).verdict
+
+
+@pytest.mark.parametrize("name", SHIFTED)
+@pytest.mark.parametrize("vector", [(0.5, 0.5), (-0.5, 0.0), (0.0, 0.5)])
+def test_half_a_pixel_is_rays_through_corners(studio: Any, name: str, vector: tuple[float, float]) -> None:
+    scene = replace(studio.scene(name), width=64, height=48)
+    found = shifted(scene, vector, BOX)
+    assert (found.word, found.findings[0].name) == ("bug", "pixel_shift")
+    assert "rays through pixel corners, not centres" in found.message
+    assert (found.numbers["shift_x"], found.numbers["shift_y"]) == vector
+
+
+@pytest.mark.parametrize("name", SHIFTED)
+@pytest.mark.parametrize("vector", [(0.25, -0.25), (0.0, 1.0), (-1.0, 0.0), (1.3, 0.4)])
+def test_a_shift_is_named_with_its_vector(studio: Any, name: str, vector: tuple[float, float]) -> None:
+    """A quarter of a pixel, a row, a column, any: and the numbers beside it do not say 0."""
+    found = shifted(replace(studio.scene(name), width=64, height=48), vector, BOX)
+    assert (found.word, found.findings[0].name) == ("bug", "pixel_shift")
+    assert "corners" not in found.message
+    assert (found.numbers["shift_x"], found.numbers["shift_y"]) == pytest.approx(vector, abs=0.05)
+
+
+def test_half_a_pixel_is_found_at_pixel_centres_too(studio: Any) -> None:
+    found = shifted(replace(studio.scene("terminator/sphere"), width=64, height=48), (0.5, 0.5), DECLARATION)
+    assert found.findings[0].name == "pixel_shift"
+
+
+def test_a_picture_moved_after_it_was_drawn_has_a_border_that_says_nothing(studio: Any) -> None:
+    """Its border is repeated, or black; a picture drawn through moved pixels would show more of the scene there."""
+    scene = replace(studio.scene("terminator/sphere"), width=64, height=64)
+    right = np.asarray(predict(scene).mean, np.float64)
+    for mode in ("edge", "constant"):
+        wide = np.pad(right, ((2, 0), (3, 0), (0, 0)), mode=mode)  # type: ignore[call-overload]
+        found = judge([wide[:64, :64]], scene, BOX, perceive=False).verdict
+        assert found.findings[0].name == "pixel_shift"
+        assert (found.numbers["shift_x"], found.numbers["shift_y"]) == pytest.approx((3.0, 2.0), abs=0.02)
+
+
+@pytest.mark.parametrize("name", ["terminator/sphere", "visibility/standing", "mirror/corner"])
+def test_a_moved_camera_is_no_shift(studio: Any, name: str) -> None:
+    """A shift moves all depths alike."""
+    scene = replace(studio.scene(name), width=96, height=96)
+    found = judge([predict(scene, [model(scene, "camera_moved", 0.02)]).mean], scene, BOX, perceive=False).verdict
+    assert found.findings[0].name == "camera_moved"
+
+
+@pytest.mark.parametrize("size", [96, 192])
+@pytest.mark.parametrize("name", ["texture/uneven_quad", "texture/perspective_floor", "phong/floor_lobes"])
+def test_a_slight_field_of_view_is_found_where_edges_allow(studio: Any, name: str, size: int) -> None:
+    """Two thousandths move the border of 96 pixels by a tenth of one, as aliased edges do, and that of 192 by a fifth.
+
+    It never has another name.
+    """
+    scene = replace(studio.scene(name), width=size, height=size)
+    found = judge([predict(scene, [model(scene, "field_of_view", 1.002)]).mean], scene, BOX, perceive=False).verdict
+    assert found.word in ("bug", "pass")
+    assert found.word == "pass" or found.findings[0].name == "field_of_view"
+    assert (name, size) != ("texture/perspective_floor", 192) or found.word == "bug"
+
+
+# --- faults beside conventions, and names that are not told ---------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "variants"),
+    [("terminator/sphere", {"tessellation": "8x4"}), ("terminator/bowl", {}), ("phong/interpolation", {})],
+)
+@pytest.mark.parametrize("fault", ["albedo", "normals_not_normalised", "light_gain"])
+def test_a_fault_is_named_on_top_of_a_renderers_conventions(
+    studio: Any, name: str, variants: dict[str, str], fault: str
+) -> None:
+    """Flipped silhouettes and the shadows of facets, each of which hides the other and the fault."""
+    scene = replace(studio.scene(name, **variants), width=96, height=96)
+    beside = [
+        model(scene, "silhouette_flip", kind="convention"),
+        model(scene, "facet_self_shadow", kind="limitation"),
+    ]
+    picture = trace_envelope(*configured(scene, (model(scene, fault), *beside)), grid=4, refine=0).mean
+    found = judge([picture], scene, replace(BOX, silhouette="unknown"), perceive=False).verdict
+    assert (found.word, found.findings[0].name) == ("bug", fault)
+
+
+def test_a_rasteriser_has_no_fault_of_rays(ball: Scene) -> None:
+    faults = [each for each in models(ball) if each.kind == "fault"]
+    told = {each.name for each in possible(faults, replace(DECLARATION, depth="fixed24", hit_error=0.0))}
+    assert told.isdisjoint({"no_epsilon", "epsilon_too_large", "epsilon_not_scaled", "shadow_ray_culled"})
+    assert {"albedo", "no_shadow", "flat_normals"} <= told
+    assert {each.name for each in possible(faults, DECLARATION)} == {each.name for each in faults}
+
+
+@pytest.mark.parametrize("fault", ["no_epsilon", "shadow_ray_culled"])
+def test_what_a_rasteriser_cannot_have_is_not_told_of_its_picture(studio: Any, fault: str) -> None:
+    scene = replace(studio.scene("acne/sphere"), width=64, height=64)
+    picture = trace_picture(*configured(scene, (model(scene, fault).as_drawn(),)))
+    found = judge([picture], scene, replace(DECLARATION, depth="fixed24", hit_error=0.0), perceive=False).verdict
+    assert not {"no_epsilon", "shadow_ray_culled"} & {each.name for each in found.findings}
+
+
+@pytest.mark.parametrize(
+    ("name", "variants"),
+    [("phong/lobes", {}), ("phong/floor_lobes", {}), ("separation/t_highlight", {"part": "both"})],
+)
+def test_a_lost_highlight_needs_no_limitations(studio: Any, name: str, variants: dict[str, str]) -> None:
+    scene = replace(studio.scene(name, **variants), width=64, height=64)
+    declaration = replace(BOX, lobe="unknown", normalised="unknown", highlight="unknown", interpolation="unknown")
+    found = judge([predict(scene, [model(scene, "specular_missing")]).mean], scene, declaration, perceive=False).verdict
+    assert [each.name for each in found.findings] in (["specular_missing"], ["halfway_not_normalised"])
+
+
+# --- faults of texels, faces and lights ------------------------------------------------------------------------------
+
+MESHES = ("terminator/sphere", "terminator/bowl", "phong/interpolation")
+TEXTURED = ("texture/uneven_quad", "texture/perspective_floor", "calibration/card")
+
+
+@pytest.mark.parametrize(
+    ("name", "fault"),
+    [
+        *((each, fault) for each in MESHES for fault in ("cracks", "face_missing")),
+        *((each, fault) for each in TEXTURED for fault in ("texel_centre", "texture_nearest", "flipped_v")),
+        *((each, "light_negated") for each in ("phong/interpolation", "phong/lobes", "separation/cutoff")),
+    ],
+)
+@pytest.mark.parametrize("sampled", [False, True], ids=["point", "box"])
+def test_a_fault_of_parts_is_named(studio: Any, name: str, fault: str, *, sampled: bool) -> None:
+    size = 128 if fault == "texture_nearest" and sampled else 64  # a texture that is made smaller shows no texel
+    scene = replace(studio.scene(name), width=size, height=size)
+    for each in [each for each in models(scene) if each.name == fault]:
+        draw = configured(scene, (each,))
+        picture = trace_envelope(*draw, grid=4, refine=0).mean if sampled else trace_picture(*draw)
+        found = judge([picture], scene, BOX if sampled else DECLARATION, perceive=False).verdict
+        assert (found.word, found.findings[0].name) == ("bug", fault), each.claim
+
+
+@pytest.mark.parametrize("name", TEXTURED)
+def test_a_power_in_the_place_of_srgbs_curve_is_named(studio: Any, name: str) -> None:
+    """Of a texture, and of the picture."""
+    scene = replace(studio.scene(name), width=64, height=64)
+    textures = tuple(replace(each, colour_space="sRGB") for each in scene.textures)
+    scene = replace(scene, textures=textures)
+    picture = trace_picture(*configured(scene, (model(scene, "texture_decoded_by_power"),)))
+    assert judge([picture], scene, DECLARATION, perceive=False).verdict.findings[0].name == "texture_decoded_by_power"
+    right = np.clip(np.asarray(predict(scene).point, np.float64), 0.0, 1.0)
+    for wrong, cause in (
+        (encoded(right) ** 2.2, "decoded_by_power"),
+        (decoded(right ** (1 / 2.2)), "encoded_by_power"),
+    ):
+        found = judge([wrong], scene, DECLARATION, perceive=False).verdict
+        assert found.findings[0].name == cause
+
+
+def test_one_edit_has_one_model(studio: Any) -> None:
+    """n + 2/2 and n + 8/8 are the same number."""
+    scene = studio.scene("phong/lobes")
+    assert len([each for each in models(scene) if each.name == "normalisation_precedence"]) == 1
+
+
+def test_a_flipped_texture_is_told_from_a_picture_that_is_upside_down(studio: Any) -> None:
+    scene = replace(studio.scene("texture/uneven_quad"), width=64, height=64)
+    upright = predict(scene).mean
+    assert judge([upright[::-1]], scene, BOX, perceive=False).verdict.findings[0].name == "upside_down"

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import Admissible, Floats, filtered, widening
 from notabug.metrics.noise import measure
-from notabug.metrics.nuisance import nuisance
+from notabug.metrics.nuisance import nuisance, untold_gain
 from notabug.metrics.significance import significance
 
 SIDE = 64
@@ -153,3 +154,71 @@ def test_a_shift_is_found_across_hard_edges(moved: float) -> None:
     found = nuisance(measure(noisy(chequers(moved)), NONE), target(chequers()), NONE)
     assert found.shifted == (moved > 0)
     assert found.shift == pytest.approx((moved, 0.0), abs=0.03)
+
+
+# --- few lit pixels ------------------------------------------------------------------------------------------------
+
+
+def few(shape: str, radius: float, turn: float = 0.0, samples: int = 16, fine: int = 32) -> tuple[Admissible, Floats]:
+    """What is admissible of a small ``disc``, or of thin ``wires``, in the dark, and a picture by 4 x 4 samples."""
+
+    def drawn(per: int) -> Floats:
+        y, x = (np.mgrid[0 : SIDE * per, 0 : SIDE * per] + 0.5) / per - SIDE / 2 - 0.3
+        c, s = np.cos(turn), np.sin(turn)
+        if shape == "disc":
+            lit = (x**2 + y**2 < radius**2) * (0.4 - 0.01 * x)
+        else:
+            lit = ((np.abs((c * y - s * x + 8.0) % 16.0 - 8.0) < radius) & (np.abs(c * x + s * y) < 24)) * 0.4
+        return np.asarray(lit.reshape(SIDE, per, SIDE, per))
+
+    subsamples = drawn(fine)
+    value, low, high = (
+        np.repeat(each[..., None], 3, axis=2)
+        for each in (subsamples.mean(axis=(1, 3)), subsamples.min(axis=(1, 3)), subsamples.max(axis=(1, 3)))
+    )
+    edge = ((high - low) > 0.1)[..., 0]
+    slack = 0.19 * (high - low) if samples >= 16 else high - low
+    at = edge[..., None]
+    lo, hi = (np.where(at, each, value) for each in (np.maximum(low, value - slack), np.minimum(high, value + slack)))
+    to = Admissible(value, lo, hi, 0.1 * value + 2e-4, edge, np.zeros((SIDE, SIDE)), samples=(low, high))
+    return to, np.repeat(drawn(4).mean(axis=(1, 3))[..., None], 3, axis=2)
+
+
+@pytest.mark.parametrize("radius", [2.5, 3.5, 4.5])
+@pytest.mark.parametrize("gain", [0.95, 1.02, 1.05, 1.5])
+def test_a_gain_of_a_small_ball_is_found(radius: float, gain: float) -> None:
+    """Every lit pixel is off in one direction, within what its own tolerance admits."""
+    to, picture = few("disc", radius)
+    right, wrong = (nuisance(measure([each], to.edge), to, NONE) for each in (picture, gain * picture))
+    assert not right.gained
+    assert not untold_gain(right)
+    assert wrong.gained
+    assert wrong.gain == pytest.approx(gain, abs=0.01)
+
+
+@pytest.mark.parametrize("radius", [0.4, 0.8, 1.2])
+@pytest.mark.parametrize("turn", [0.0, 0.05, 0.4, np.pi / 4])
+@pytest.mark.parametrize("samples", [0, 16])
+def test_a_gain_of_thin_wires_is_found_or_said_to_be_open(radius: float, turn: float, samples: int) -> None:
+    """All of their pixels are edges, which 4 x 4 samples may have a row more or less of."""
+    to, picture = few("wires", radius, turn, samples)
+    exact = to.value
+    for each in (exact, picture):
+        assert not nuisance(measure([each], to.edge), to, NONE).gained
+    assert not untold_gain(nuisance(measure([exact], to.edge), to, NONE))
+    for gain in (0.95, 1.05, 1.2):
+        found = nuisance(measure([gain * exact], to.edge), to, NONE)
+        assert found.gained or "too few pixels to tell a gain" in untold_gain(found)
+
+
+def test_nothing_lit_has_no_gain() -> None:
+    dark = np.zeros((SIDE, SIDE, 3))
+    found = nuisance(measure([dark], NONE), target(dark), NONE)
+    assert (found.gain, found.gained, untold_gain(found)) == (1.0, False, "")
+
+
+def test_a_wider_filter_on_a_small_ball_is_no_gain() -> None:
+    """It lowers the peak and leaves the sum."""
+    to, picture = few("disc", 3.5, samples=0)
+    wide = ndimage.gaussian_filter(picture, (0.7, 0.7, 0))
+    assert not nuisance(measure([wide], to.edge), to, NONE).gained

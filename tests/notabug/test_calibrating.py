@@ -3,34 +3,113 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
-from notabug.adapters.base import Found, Quality, Render
+from notabug.adapters.base import Adapter, Found, Quality, Render
+from notabug.adapters.inhouse import InHouse
 from notabug.adapters.zbuffer import ZBuffer
 from notabug.calibrating import calibrate, command
+from notabug.references.models.camera import pixel_shift
+from notabug.references.models.model import models
+from notabug.run import Plan, Silent
+from notabug.run import calibrate as calibrate_in_run
 from notabug.scenes_usd.picture import read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
 
 CALLS: list[str] = []
 
 
+Fault = Callable[[Scene], Scene]
+Film = Callable[[npt.NDArray[np.float32]], npt.NDArray[np.float32]]
+
+
+def unchanged(scene: Scene) -> Scene:
+    return scene
+
+
+def as_it_is(picture: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    return picture
+
+
 @dataclass(frozen=True, slots=True)
 class Flawed(ZBuffer):
-    """The rasteriser with its picture multiplied by ``gain``."""
+    """The rasteriser with its picture multiplied by ``gain``, of a scene with a ``fault``, under a ``film``."""
 
     name: str = "flawed"
     gain: float = 1.0
+    fault: Fault = unchanged
+    film: Film = as_it_is
 
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
         CALLS.append(scene.id)
-        (made,) = ZBuffer.render(self, scene, out, quality)
-        write_exr(made.image, np.asarray(read_picture(made.image).pixels * self.gain))
+        (made,) = ZBuffer.render(self, self.fault(scene), out, quality)
+        write_exr(made.image, np.asarray(self.film(read_picture(made.image).pixels * self.gain)))
         return (made,)
+
+
+def edited(name: str) -> Fault:
+    """The edit of the fault of that name, where the scene can have it."""
+
+    def edit(scene: Scene) -> Scene:
+        return next((each.edit(scene) for each in models(scene) if each.name == name), scene)
+
+    return edit
+
+
+@dataclass(frozen=True, slots=True)
+class HalfOff(InHouse):
+    """The ray tracer with its rays through the corners of pixels."""
+
+    def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        return InHouse.render(self, pixel_shift(scene.width, scene.height, 0.5, 0.5).edit(scene), out, quality)
+
+
+def dots(picture: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    return picture * (np.random.default_rng(1).random(picture.shape[:2]) > 0.5)[..., None]
+
+
+PROMISED: dict[str, tuple[Adapter, str]] = {
+    "upside down": (Flawed(film=lambda a: a[::-1]), "upside down"),
+    "half a pixel": (HalfOff(), "shifted by (+0.50, +0.50)"),
+    "v downwards": (Flawed(fault=edited("flipped_v")), "v of the texture runs downwards"),
+    "u and v": (Flawed(fault=edited("swapped_uv")), "u and v of the texture"),
+    "one colour": (Flawed(film=lambda a: np.full_like(a, 0.3)), "of one colour"),
+    "not the card": (
+        Flawed(film=lambda a: np.random.default_rng(0).random(a.shape).astype(np.float32)),
+        "not one of the card",
+    ),
+}
+
+
+@pytest.mark.parametrize("promise", PROMISED)
+def test_calibrate_and_run_refuse_for_the_same_cause(promise: str, tmp_path: Path) -> None:
+    adapter, says = PROMISED[promise]
+    found, quality = Found("1", "here"), Quality(samples=1)
+    asked = calibrate(adapter, found, quality)
+    assert not asked.fine
+    assert says in asked.sentence
+    plan = Plan((), {"flawed": (adapter, found)}, tmp_path / "out", quality)
+    refused = calibrate_in_run(plan, Silent(), "flawed").refused
+    assert says in refused
+    if promise == "v downwards":
+        assert "upside down" not in refused
+
+
+def test_acne_on_the_card_is_a_bug_and_no_blur(tmp_path: Path) -> None:
+    """Nothing stands between the renderer and the card, so it is judged; but there is no tick."""
+    adapter, found = Flawed(film=dots), Found("1", "here")
+    asked = calibrate(adapter, found, Quality())
+    assert asked.fine
+    assert "the card shows a bug" in asked.sentence
+    assert "blurred" not in asked.sentence
+    assert calibrate_in_run(Plan((), {"flawed": (adapter, found)}, tmp_path / "out"), Silent(), "flawed").refused == ""
 
 
 @pytest.fixture(autouse=True)
