@@ -42,7 +42,7 @@ def choices(scene: Scene) -> dict[str, Model | None]:
 
 
 def chosen(seed: int, index: int, names: list[str]) -> str:
-    """One of ``names`` for scene ``index``, by hash: the rarer ones first where there are several of a kind."""
+    """One of ``names`` for scene ``index``, by hash."""
     return min(names, key=lambda name: hashlib.blake2b(f"{seed} {index} {name}".encode()).digest())
 
 
