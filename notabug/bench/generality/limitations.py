@@ -49,7 +49,7 @@ def order(seed: int, index: int, names: Iterable[str]) -> list[str]:
 
 
 def expose_limitation(job: Job, within: Path) -> list[Record]:
-    """The records of one scene with the first limitation that shows, if one does: as declared, and as an unknown file."""
+    """The records of one scene with the first limitation that shows: as declared, and as a file of unknown making."""
     scene = drawn(job, within)
     about: Record = {"part": "limitations", "seed": job.seed, "index": job.index}
     about |= {"traits": traits(job.seed, job.index).words(), "size": [scene.width, scene.height]}
