@@ -11,14 +11,17 @@ FLAT = 2.5e-7  # of the face's diameter: well within what the reader calls flat
 ROUNDED = 2.0**-23  # of the largest coordinate: float32
 
 
-def cut(mesh: RawMesh) -> RawMesh:
-    """``mesh`` with every face of more than three corners cut that is bent or concave, or has uv and five corners."""
+def cut(mesh: RawMesh, *, bent: bool = False) -> RawMesh:
+    """``mesh`` with every face of more than three corners cut that is bent or concave, or has uv and five corners.
+
+    ``bent`` keeps quads whole that are not flat.
+    """
     counts: list[int] = []
     chosen: list[int] = []  # corner numbers of ``mesh``
     first = 0
     for n in mesh.counts.tolist():
         points = mesh.points[mesh.corners[first : first + n]]
-        if n > 3 and not _is_plain(points, has_uv=mesh.uv is not None):
+        if n > 3 and not _is_plain(points, has_uv=mesh.uv is not None, bent=bent and n == 4):
             parts = clipped(points)
             counts += [3] * len(parts)
             chosen += [first + k for part in parts for k in part]
@@ -36,8 +39,11 @@ def cut(mesh: RawMesh) -> RawMesh:
     )
 
 
-def _is_plain(points: Floats, *, has_uv: bool) -> bool:
-    """Whether the polygon ``points`` (n, 3) is flat, strictly convex, and has few enough corners for any uv."""
+def _is_plain(points: Floats, *, has_uv: bool, bent: bool) -> bool:
+    """Whether the polygon ``points`` (n, 3) is flat, strictly convex, and has few enough corners for any uv.
+
+    One that may be ``bent`` need not be flat.
+    """
     if has_uv and len(points) > 4:
         return False
     normal, turns = _turns(points)
@@ -45,7 +51,7 @@ def _is_plain(points: Floats, *, has_uv: bool) -> bool:
     if not normal.any() or not size:
         return False
     height = float(np.abs((points - points.mean(axis=0)) @ normal).max())
-    flat = height <= FLAT * size + ROUNDED * float(np.abs(points).max())
+    flat = bent or height <= FLAT * size + ROUNDED * float(np.abs(points).max())
     return bool(flat and (turns > 1e-4).all() and turns.sum() < 2.5 * np.pi)
 
 

@@ -46,13 +46,14 @@ def scene_from_mesh(
     azimuth: float = 30.0,
     elevation: float = 25.0,
     up: str = "Y",
+    bent: bool = False,
 ) -> Scene:
     """``mesh`` under a point light, seen whole from ``azimuth`` degrees round and ``elevation`` above.
 
     It is a grey Lambertian surface, or shows ``texture`` where it has coordinates. Faces that the scene contract
-    cannot say are cut into triangles; normals without a length become those of their face.
+    cannot say are cut into triangles, but ``bent`` keeps quads whole; normals without a length become their face's.
     """
-    plain = cut(mesh)
+    plain = cut(mesh, bent=bent)
     shown = texture is not None and plain.uv is not None
     material = Material("/Scene/Materials/Surface", GREY, texture=0 if shown else -1)
     made = Mesh(

@@ -138,6 +138,12 @@ def test_faces_that_the_contract_cannot_say_are_cut(points: Floats, left: list[i
     assert cut(mesh(points)).counts.tolist() == left
 
 
+def test_bent_quads_are_kept_where_they_may_be() -> None:
+    points = polygon(*SQUARE[:3], (0.0, 1.0, 0.05))
+    assert cut(mesh(points), bent=True).counts.tolist() == [4]
+    assert cut(mesh(polygon(*SQUARE[:2], (0.2, 0.2, 0.0), SQUARE[3])), bent=True).counts.tolist() == [3, 3]
+
+
 def test_five_corners_with_coordinates_are_cut() -> None:
     points = polygon(*SQUARE, (-0.5, 0.5, 0.0))
     made = cut(mesh(points, uv=np.random.default_rng(0).uniform(0, 1, (5, 2))))

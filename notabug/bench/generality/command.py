@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import tempfile
 import time
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
@@ -53,17 +55,9 @@ def command(
     if not who:
         raise SelectionError("no renderer is installed", do="notabug doctor says how to get one; or name one with -r")
     todo = jobs(parts, scenes, seed, who, quick=quick, naming=naming, side=side or (QUICK_SIDE if quick else 0))
-    kept = folder() if resume else folder() / f"fresh-{time.time_ns()}"
-    records: list[Record] = []
     loud = console(stderr=True)
-    with suppress(KeyboardInterrupt), Progress(console=loud, transient=True) as progress:
-        task = progress.add_task("generality", total=len(todo))
-        for made in run(todo, expose, kept, workers):
-            records += made
-            for each in made:
-                if is_bad(summary([each])[each["part"]]):
-                    progress.console.print(sentence(each), markup=False, soft_wrap=True)
-            progress.advance(task)
+    with tempfile.TemporaryDirectory(prefix="notabug-") as scratch:
+        records = _judged(todo, folder(who) if resume else Path(scratch), workers, loud)
     records.sort(key=lambda each: (each["part"], each["seed"], each["index"], each["renderer"]))
     found = summary(records)
     out.mkdir(parents=True, exist_ok=True)
@@ -92,6 +86,20 @@ def command(
         _show(found)
         console().print(str(out / "generality.json"), markup=False, soft_wrap=True)
     return ExitCode.BUG if any(is_bad(each) for each in found.values()) else ExitCode.OK
+
+
+def _judged(todo: Sequence[Job], kept: Path, workers: int, loud: Console) -> list[Record]:
+    """The records of every job, or of those that were done before an interruption; what is wrong is told at once."""
+    records: list[Record] = []
+    with suppress(KeyboardInterrupt), Progress(console=loud, transient=True) as progress:
+        task = progress.add_task("generality", total=len(todo))
+        for made in run(todo, expose, kept, workers):
+            records += made
+            for each in made:
+                if is_bad(summary([each])[each["part"]]):
+                    progress.console.print(sentence(each), markup=False, soft_wrap=True)
+            progress.advance(task)
+    return records
 
 
 def jobs(

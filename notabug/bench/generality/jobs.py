@@ -66,10 +66,14 @@ def installed(wanted: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def folder() -> Path:
-    """Where records are kept; another one for every version of whatever a record depends on."""
+def folder(who: tuple[str, ...] = ()) -> Path:
+    """Where records are kept; another one for every version of our code and of the renderers ``who``."""
     sources = (notabug.bench.generality, notabug.scenes_usd, notabug.references, notabug.adapters, notabug.metrics)
-    state = hashlib.blake2b("".join(source_hash(Path(each.__path__[0])) for each in sources).encode(), digest_size=12)
+    known = [source_hash(Path(each.__path__[0])) for each in sources]
+    for name in who:
+        found = adapter(name).find()
+        known.append(f"{name} {found.version} {found.key}")
+    state = hashlib.blake2b(" ".join(known).encode(), digest_size=12)
     return cache_root() / "bench" / f"generality-{state.hexdigest()}"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import numpy as np
 from notabug.adapters.base import Declaration, Pixels
 from notabug.bench.generality.decks import traits
 from notabug.bench.generality.examine import Record, guarded, unknown_making, verdict_on
+from notabug.bench.generality.faults import CONNECTED, TRIES, changed
 from notabug.bench.generality.jobs import Job, drawn
 from notabug.references.models.model import Model, models
 from notabug.references.predict import configured
@@ -34,31 +36,37 @@ def choices(scene: Scene) -> dict[str, Model | None]:
     found: dict[str, Model | None] = {
         each.name: each
         for each in models(scene)
-        if each.kind in ("limitation", "convention") and each.rule != "set" and each.name not in ROUNDING
+        if each.kind in ("limitation", "convention") and each.rule != "set" and each.name not in (*ROUNDING, *ALWAYS)
     }
     if any(scene.materials[each.material].texture >= 0 for each in scene.objects):
         found[NEAREST] = None
     return found
 
 
-def chosen(seed: int, index: int, names: list[str]) -> str:
-    """One of ``names`` for scene ``index``, by hash: the rarer ones first where there are several of a kind."""
-    return min(names, key=lambda name: hashlib.blake2b(f"{seed} {index} {name}".encode()).digest())
+def order(seed: int, index: int, names: Iterable[str]) -> list[str]:
+    """``names`` in the order in which they are tried on scene ``index``, by hash."""
+    return sorted(names, key=lambda name: hashlib.blake2b(f"{seed} {index} {name}".encode()).digest())
 
 
 def expose_limitation(job: Job, within: Path) -> list[Record]:
-    """The records of one scene with one limitation: judged as declared, and as a file of which nothing is known."""
+    """The records of one scene with the first limitation that shows: as declared, and as a file of unknown making."""
     scene = drawn(job, within)
     about: Record = {"part": "limitations", "seed": job.seed, "index": job.index}
     about |= {"traits": traits(job.seed, job.index).words(), "size": [scene.width, scene.height]}
     found = choices(scene)
     if not found:
         return []
-    name = chosen(job.seed, job.index, sorted(found))
-    picture = drawn_with(scene, name, found[name])
+    bare = drawn_with(scene, "", None)
+    for name in order(job.seed, job.index, found)[:TRIES]:
+        picture = drawn_with(scene, name, found[name])
+        pixels = changed([picture], [bare])
+        if pixels >= CONNECTED:
+            break
     return [
         {
             **about,
+            "changed": pixels,
+            "shows": pixels >= CONNECTED,
             "renderer": title,
             "limitation": name,
             **guarded(lambda d=declaration: verdict_on([picture], scene, d, naming=job.naming)),  # type: ignore[misc]

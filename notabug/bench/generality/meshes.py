@@ -9,7 +9,7 @@ import numpy as np
 
 from notabug.adapters.base import UnsupportedError
 from notabug.adapters.registry import adapter
-from notabug.bench.generality.decks import generator
+from notabug.bench.generality.decks import BENT_QUADS, generator
 from notabug.bench.generality.examine import QUALITIES, Record, controls, examine, guarded
 from notabug.bench.generality.jobs import Job
 from notabug.bench.generality.looks import picture
@@ -49,7 +49,13 @@ def mesh_scene(name: str, folder: Path, size: Sequence[int] = (SIDE, SIDE)) -> S
     azimuth, elevation = float(rng.uniform(0.0, 360.0)), float(rng.uniform(10.0, 50.0))
     width, height = size
     made = scene_from_mesh(
-        mesh, texture=texture, size=(width, height), azimuth=azimuth, elevation=elevation, up=wanted.up
+        mesh,
+        texture=texture,
+        size=(width, height),
+        azimuth=azimuth,
+        elevation=elevation,
+        up=wanted.up,
+        bent=BENT_QUADS,
     )
     file = write_scene(made, folder / f"mesh-{index:02}.usda", up=wanted.up)
     return read_scene(file)

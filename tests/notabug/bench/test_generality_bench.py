@@ -167,7 +167,7 @@ def painted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Painter:
     painter = Painter()
     register(painter)  # type: ignore[arg-type]
     monkeypatch.setattr(bench, "QUICK_SIDE", 16)
-    monkeypatch.setattr(bench, "folder", lambda: tmp_path / "kept")
+    monkeypatch.setattr(bench, "folder", lambda who: tmp_path / "kept")
 
     def alone(work: Any, expose: Any, within: Path, workers: int = 0) -> Any:
         from notabug.bench.verdict.run import _setting, kept

@@ -21,7 +21,7 @@ from notabug.bench.generality.draw import write_random_scene
 from notabug.bench.generality.examine import pictures_by
 from notabug.bench.generality.faults import CONNECTED, changed, kinds, order, with_fault
 from notabug.bench.generality.jobs import Job, expose, sized
-from notabug.bench.generality.limitations import NEAREST, choices, declared, nearest
+from notabug.bench.generality.limitations import ALWAYS, NEAREST, choices, declared, nearest
 from notabug.bench.generality.mitsuba_faults import MITSUBA_FAULTS
 from notabug.bench.generality.povray_faults import POVRAY_FAULTS
 from notabug.references.models.model import models
@@ -159,7 +159,8 @@ def test_choices_are_limitations_and_conventions_of_the_scene(scenes: list[Scene
             assert model is None or kind[name] in ("limitation", "convention")
             assert declared(name, model).samples == 16
     every = {name for scene in scenes for name in choices(scene)}
-    assert {NEAREST, "gouraud_interpolation", "flat_interpolation", "facet_self_shadow", "quad_split_02"} <= every
+    assert {NEAREST, "gouraud_interpolation", "flat_interpolation", "silhouette_flip", "quad_split_02"} <= every
+    assert every.isdisjoint(ALWAYS)  # they are in every picture
 
 
 def test_what_is_declared_is_what_the_model_asks_for(scenes: list[Scene]) -> None:
