@@ -94,7 +94,8 @@ inline T highlight(const Lobes<T>& lobes, int material, const Vec3<T>& N, const 
         const Vec3<T> H = L + V;
         cosine = dot(N, H) / (raw <= 0 ? length(H) : T(2));
     }
-    if (cosine <= 0) return 0;
+    if (!(cosine > 0)) return 0;  // nor where the light is straight behind, and there is no halfway vector
+    if (raw <= 0) cosine = std::min(cosine, T(1));  // rounding may lift it above, and a sharp exponent out of range
     const T value = std::pow(cosine, lobes.specular[material].exponent);
     return kind > blinn ? value * nl : value;
 }

@@ -121,7 +121,9 @@ void mesh_surface(const Scene<T>& scene, const Options& option, const Ray<T>& ra
     s.facet = s.normal = g;
     if (s.sagitta >= 0) {
         s.normal = weights.of(scene.normal);
-        if (option.normals == Normals::unit) s.normal = s.normal / length(s.normal);
+        const T size = length(s.normal);
+        if (size == 0) s.normal = g;  // opposite normals cancel between their corners: the facet has one
+        else if (option.normals == Normals::unit) s.normal = s.normal / size;
     }
     s.weights = weights;
     if (scene.textures.info) {

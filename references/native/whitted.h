@@ -61,6 +61,7 @@ struct Whitted {
         if (light.kind != 0) return {-light.place, infinity<T>, infinity<T>, 1};
         const Vec3<T> to = light.place - at;
         const T distance = length(to);
+        if (distance == 0) return {{0, 0, 0}, 0, 0, 0};  // a light in the very point that it would light
         T falloff = T(1) / (distance * distance);
         if (option.falloff == Falloff::linear) falloff = T(1) / distance;
         if (option.falloff == Falloff::none) falloff = 1;
