@@ -126,7 +126,7 @@ def test_a_light_in_the_very_point_that_it_would_light_gives_it_none(make: Any, 
     envelope = predict(seen(make.mesh(TRIANGLE, [[0, 1, 2]]), 25, lights=lights), cached=False)
     assert all(np.isfinite(each).all() for each in (envelope.point, envelope.mean, envelope.hi))
     normals = np.array([[0.0, 0, 1], [0, 0, -1], [0, 0, -1]])
-    cancelled = make.mesh(TRIANGLE, [[0, 1, 2]], normals)
+    cancelled = make.mesh(TRIANGLE, [[0, 1, 2]], normals=normals)
     assert np.isfinite(predict(seen(cancelled, 25), cached=False).mean).all(), "the facet's normal where they cancel"
 
 
