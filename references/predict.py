@@ -55,7 +55,7 @@ def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) 
         try:
             return _stored(path)
         except (OSError, ValueError, EOFError):  # no file, or a damaged one
-            path.unlink(missing_ok=True)
+            _forget(path)
     envelope = _stored_form(trace_envelope(configured_scene, options))
     if cached:
         _keep(path, list(envelope.arrays().values()))
@@ -79,7 +79,7 @@ def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float3
     try:
         return _stored_picture(path)
     except (OSError, ValueError, EOFError):
-        path.unlink(missing_ok=True)
+        _forget(path)
     picture = trace_picture(configured_scene, options, threads=1).astype(np.float32)
     _keep(path, [picture])
     return picture
@@ -106,6 +106,12 @@ def _stored_form(envelope: Envelope) -> Envelope:
     return replace(envelope, **floats)
 
 
+def _forget(path: Path) -> None:
+    """Remove what cannot be read; where nothing can be removed, nothing was kept."""
+    with contextlib.suppress(OSError):
+        path.unlink(missing_ok=True)
+
+
 def _keep(path: Path, arrays: Sequence[npt.NDArray[Any]]) -> None:
     partial = path.with_suffix(f".{os.getpid()}.partial")  # a name that the sweep below, in any process, leaves alone
     try:
@@ -115,8 +121,7 @@ def _keep(path: Path, arrays: Sequence[npt.NDArray[Any]]) -> None:
                 np.save(stored, array)
         partial.replace(path)
     except OSError:  # a full disk, or a folder that cannot be written, costs time, not a verdict
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
+        _forget(partial)
         return
     if not path.name.startswith(SWEEPS):  # looking at every file takes longer than drawing a small picture
         return
