@@ -71,7 +71,7 @@ def _predicted(scene: Scene, options: Options, *, cached: bool) -> Envelope:
         try:
             return _stored(path)
         except (OSError, ValueError, EOFError):  # no file, or a damaged one
-            path.unlink(missing_ok=True)
+            _forget(path)
     envelope = _stored_form(trace_envelope(scene, options))
     if cached:
         _keep(path, list(envelope.arrays().values()))
@@ -111,7 +111,7 @@ def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float3
     try:
         return _stored_picture(path)
     except (OSError, ValueError, EOFError):
-        path.unlink(missing_ok=True)
+        _forget(path)
     picture = _single(trace_picture(configured_scene, options, threads=1))
     _keep(path, [picture])
     return picture
@@ -150,6 +150,12 @@ def _single(values: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
     return values.astype(np.float32)
 
 
+def _forget(path: Path) -> None:
+    """Remove what cannot be read; where nothing can be removed, nothing was kept."""
+    with contextlib.suppress(OSError):
+        path.unlink(missing_ok=True)
+
+
 def _keep(path: Path, arrays: Sequence[npt.NDArray[Any]]) -> None:
     partial = path.with_suffix(f".{os.getpid()}.partial")  # a name that the sweep below, in any process, leaves alone
     try:
@@ -159,8 +165,7 @@ def _keep(path: Path, arrays: Sequence[npt.NDArray[Any]]) -> None:
                 np.save(stored, array)
         partial.replace(path)
     except OSError:  # a full disk, or a folder that cannot be written, costs time, not a verdict
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
+        _forget(partial)
         return
     if not path.name.startswith(SWEEPS):  # looking at every file takes longer than drawing a small picture
         return
