@@ -303,7 +303,7 @@ def test_the_nearest_texel_is_a_convention(studio: Any, judged: Callable[..., Ve
     assert other.word in ("bug", "inconclusive")  # a nearest texel may look like noise
     assert other.triggers
     shifted = drawn(scene, *named(scene, "shifted_uv")[:1], *named(scene, "nearest_texel"))
-    assert judged(shifted, scene, UNKNOWN).word == "bug"
+    assert judged(shifted, scene, UNKNOWN).triggers
 
 
 def test_a_lobe_may_be_normalised_by_n_plus_2_over_8(studio: Any, judged: Callable[..., Verdict]) -> None:
