@@ -72,7 +72,7 @@ class OpenGL:
             depth=self.depth,
             lobe=self.lobe,
             interpolation=self.interpolation,
-            gouraud_shadows="none",
+            gouraud_shadows="corners",  # with the light; there are none
             coordinates="float32",
             shadows="none",
         )

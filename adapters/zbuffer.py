@@ -64,7 +64,7 @@ class ZBuffer:
             silhouette="keep",
             depth=self.depth,
             interpolation=self.normals,
-            gouraud_shadows="unknown" if self.shadow_map else "none",
+            gouraud_shadows="unknown" if self.shadow_map else "corners",  # with the light; there are none
             coordinates=self.precision,
             shadows="cast" if self.shadow_map else "none",
         )
