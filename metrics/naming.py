@@ -114,6 +114,8 @@ class Name:
         """From which ``glance`` on no other fault need be fitted after this one."""
         if self.remains > NOTHING or self.anything:
             return math.inf
+        if self.laden:  # another one that looks alike may need no limitation
+            return self.glance * WORSE + EXACT
         return self.glance * (1.0 if self.over(exact) else WORSE)
 
 
@@ -226,8 +228,11 @@ def _better(each: Name, best: Name, *, noisy: bool) -> bool:
             return fixed is each
     if each.freedom and best.freedom:
         return (max(each.remains, NOTHING), each.freedom) < (max(best.remains, NOTHING), best.freedom)
-    burden = LADEN ** (each.laden - best.laden) if max(each.remains, best.remains) <= NOTHING else 1.0
-    return each.misfit * burden < BETTER * best.misfit
+    if each.laden != best.laden and max(each.remains, best.remains) <= NOTHING:
+        # a misfit below EXACT leaves nothing to be explained: there the fewest limitations decide
+        burden = LADEN ** (each.laden - best.laden)
+        return max(each.misfit, EXACT) * burden < BETTER * max(best.misfit, EXACT)
+    return each.misfit < BETTER * best.misfit
 
 
 def _whole(bug: _Bug) -> Iterator[Name]:
