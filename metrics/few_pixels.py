@@ -19,6 +19,7 @@ from notabug.metrics.noise import Measured
 
 Floats = npt.NDArray[np.floating]
 
+MOSTLY = 0.5  # of the lit pixels that no limitation may change: else what is left, its border, does not stand for all
 ENOUGH_SMOOTH = 8  # pixels, of which a median is one of most of them
 SUPPORT = 0.5  # share of the peak's gain that the flux must show: a wider filter leaves the flux as it is
 LARGE_SLACK = 2.0  # standard deviations of what samples do at an edge that an edge's tolerance stands for
@@ -46,8 +47,9 @@ class FewGain:
 
 def few_gain(measured: Measured, to: Admissible, excluded: Bools, channels: slice, least: float) -> FewGain:
     """The gain of ``channels`` of a picture with few pixels; ``least`` is the value from which on a pixel is lit."""
-    lit = (to.value[..., channels].max(axis=2) > least) & ~excluded
-    if not lit.any():
+    every = to.value[..., channels].max(axis=2) > least
+    lit = every & ~excluded
+    if not lit.any() or lit.sum() < MOSTLY * every.sum():
         return FewGain()
     x, y = (np.asarray(each[lit][:, channels].sum(axis=1), np.float64) for each in (to.value, measured.mean))
     edge = to.edge[lit]

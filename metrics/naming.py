@@ -53,7 +53,7 @@ REMAINS = 0.15  # a name may leave this much of the bug leg: right ones leave .0
 SAME = 0.97  # correlation from which two pictures show the same scene
 NOTHING = 0.02  # what a name leaves where two renderers see different surfaces at an edge
 OTHER = 0.7  # and below which they do not
-LIKELY = 6  # faults that are fitted in full
+LIKELY = 8  # faults that are fitted in full, where their quick pictures look alike
 ALIKE = 0.3  # correlation of the changes below which a fault is not tried
 LEAST_ALIKE, FEW = 0.1, 2  # and below which it is not even where fewer faults than FEW are more alike
 CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight would decide
@@ -114,6 +114,8 @@ class Name:
         """From which ``glance`` on no other fault need be fitted after this one."""
         if self.remains > NOTHING or self.anything:
             return math.inf
+        if self.laden:  # another one that looks alike may need no limitation
+            return self.glance * WORSE + EXACT
         return self.glance * (1.0 if self.over(exact) else WORSE)
 
 
@@ -226,8 +228,11 @@ def _better(each: Name, best: Name, *, noisy: bool) -> bool:
             return fixed is each
     if each.freedom and best.freedom:
         return (max(each.remains, NOTHING), each.freedom) < (max(best.remains, NOTHING), best.freedom)
-    burden = LADEN ** (each.laden - best.laden) if max(each.remains, best.remains) <= NOTHING else 1.0
-    return each.misfit * burden < BETTER * best.misfit
+    if each.laden != best.laden and max(each.remains, best.remains) <= NOTHING:
+        # a misfit below EXACT leaves nothing to be explained: there the fewest limitations decide
+        burden = LADEN ** (each.laden - best.laden)
+        return max(each.misfit, EXACT) * burden < BETTER * max(best.misfit, EXACT)
+    return each.misfit < BETTER * best.misfit
 
 
 def _whole(bug: _Bug) -> Iterator[Name]:

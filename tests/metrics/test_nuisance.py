@@ -222,3 +222,13 @@ def test_a_wider_filter_on_a_small_ball_is_no_gain() -> None:
     to, picture = few("disc", 3.5, samples=0)
     wide = ndimage.gaussian_filter(picture, (0.7, 0.7, 0))
     assert not nuisance(measure([wide], to.edge), to, NONE).gained
+
+
+def test_the_border_of_what_a_limitation_may_change_does_not_stand_for_it() -> None:
+    """Where surfaces coincide any of them may be seen, so nothing but the edges around them is left to tell a gain."""
+    to, picture = few("disc", 8.0)
+    picture = picture.copy()
+    picture[to.edge] *= 1.05
+    found = nuisance(measure([picture], to.edge), to, ~to.edge)
+    assert not found.gained
+    assert not untold_gain(found)
