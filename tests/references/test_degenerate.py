@@ -112,7 +112,9 @@ def test_a_value_that_is_not_finite_is_an_error_of_its_own(make: Any, seen: Any)
 
 
 @pytest.mark.parametrize("intensity", [1e29, 1e300])
-def test_whatever_made_it_so(intensity: float, make: Any, seen: Any, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_whatever_made_it_so(
+    intensity: float, make: Any, seen: Any, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Every way to a reference ends in the error: predict, also from its cache, and the corpus."""
     monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path / "cache"))
     scene = seen(make.mesh(TRIANGLE, [[0, 1, 2]]), 25, lights=[make.point((0.0, 0, 1), intensity)])
