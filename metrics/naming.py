@@ -402,7 +402,9 @@ def likely(
 ) -> Iterator[Model]:
     """The faults whose change of the picture is most like the measured one, likeliest first, at fitting strengths."""
     reference = predict(())
-    at = ~reference.edge[..., None] if (~reference.edge).sum() > 256 else np.ones((*reference.edge.shape, 1), bool)
+    # of edges only what is wrong counts: there quick pictures of the right scene differ from the mean as well
+    at = (~reference.edge | found.significance.pixels)[..., None]
+    at = at if at.sum() > 256 else np.ones_like(at)
     scale = _scale(measured, reference)
     # what the picture changes on the reference, and on the choices of a renderer that explain most of it
     starts: list[tuple[tuple[Model, ...], Floats]] = [((), measured.mean - reference.value)]

@@ -22,7 +22,9 @@ ROUNDOFF = {"float32": 2.0**-24, "float64": 2.0**-53}
 # to write the formula (Haines, Guenther and Akenine-Moeller 2019, Ray Tracing Gems 7, has the stable one).
 SPHERE_C = 4.0
 CONSTANT = 1e-3  # an epsilon for scenes of about the size one; a tenth of it is too small from an offset of 1000 on
-LARGE = 0.05  # an epsilon of this share of the picture's width detaches every contact shadow
+# Epsilons of these shares of the picture's width detach contact shadows: by the first by 13 of 256 pixels, and by the
+# second, of which a smaller epsilon lights a share that shows, by three.
+LARGE = (0.05, 0.0125)
 MASKS = 3  # lights that are lost each by itself; of more lights all or one
 
 
@@ -57,14 +59,16 @@ def models(scene: Scene) -> Iterator[Model]:
         drawn={"start": "none"},
     )
     seen = width_of_view(scene)
-    yield Model(
-        name="epsilon_too_large",
-        kind="fault",
-        rule="set",
-        claim="an epsilon is so large that shadows do not reach what throws them, or are lost",
-        cites=f"{_PAPER}; {_EPSILON}",
-        options={"start": "absolute", "epsilon": LARGE * seen},
-    )
+    for share in LARGE:
+        yield Model(
+            name="epsilon_too_large",
+            kind="fault",
+            rule="set",
+            claim="an epsilon is so large that shadows do not reach what throws them, or are lost: it is up to"
+            f" {share:g} of the width of the view",
+            cites=f"{_PAPER}; {_EPSILON}",
+            options={"start": "absolute", "epsilon": share * seen},
+        )
     # one that is a pixel wide or more is drawn too large, else too small
     drawn = CONSTANT if seen / scene.width < CONSTANT else CONSTANT / 10
     short = {"start": "absolute", "epsilon": CONSTANT / 10, **off}
