@@ -144,11 +144,13 @@ def support(bare: Admissible, other: Admissible) -> Bools:
 def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Explained:
     """The admissible set between ``base`` and ``limited``: (set, alpha (h, w), support (h, w), freedom)."""
     within = support(base, limited)
-    at = np.flatnonzero(within)
+    # a picture that is off by as much as the limited one, or a little more, is beyond the tolerance before the support
+    # begins: it lies on the segment wherever there is one
+    at = np.flatnonzero((limited.value != base.value).any(axis=2))
     start, v, off = (pixels(each, at) for each in (base.value, limited.value, measured.mean))
     v, off = v - start, off - start
     share = _share(off, v)
-    significant = largest(np.abs(off) - pixels(base.tau, at)) > 0
+    significant = (largest(np.abs(off) - pixels(base.tau, at)) > 0) & within.ravel()[at]
     if significant.any() and float(share[significant].mean()) < MEAN_ALPHA:
         return _nothing(base)
     value = put(base.value, at, start + share[:, None] * v)
@@ -165,7 +167,8 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Expla
     # a pixel's alpha counts by the share of its footprint that the artifact can take, so no filter moves the area
     area = np.zeros(within.shape)
     area.ravel()[at] = share * base.share.ravel()[at]
-    return target, area, within, float(np.sqrt(total(v * v)).sum() / within.size)
+    length = np.sqrt(total(v * v))[within.ravel()[at]]
+    return target, np.where(within, area, 0.0), within, float(length.sum() / within.size)
 
 
 def _share(off: Floats, v: Floats) -> Floats:
