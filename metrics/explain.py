@@ -424,7 +424,7 @@ def explain(
     if enough:  # dots may fill a facet as well: the models that could explain the least else
         return replace(min(enough, key=lambda each: each.freedom), before=bare.significance.z)
     enlarged = _beside(measured, best, predict, [each for each in models if each not in useful])
-    starts = [best, fit(measured, together, predict)] if together else [best]  # alone habits may leave more than nothing
+    starts = [best, fit(measured, together, predict)] if together else [best]  # habits alone may leave more than none
     for start in starts:
         enlarged = enlarged or _grown(measured, start, models, predict, preview)
     return replace(enlarged or best, before=bare.significance.z)

@@ -166,8 +166,8 @@ def test_choices_are_limitations_and_conventions_of_the_scene(scenes: list[Scene
 def test_what_is_declared_is_what_the_model_asks_for(scenes: list[Scene]) -> None:
     for scene in scenes:
         for name, model in choices(scene).items():
-            if model is not None and model.when is not None and model.when[0] != "resolves":
-                assert getattr(declared(name, model), model.when[0]) == model.when[1]
+            for field, value in () if model is None else model.conditions:
+                assert field in ("resolves", "shadows") or str(getattr(declared(name, model), field)) == value
     assert declared(NEAREST, None).texture_filter == "nearest"
 
 
