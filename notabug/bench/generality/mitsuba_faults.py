@@ -172,7 +172,7 @@ MITSUBA_FAULTS: Mapping[str, JobFault] = {
     "camera moved": JobFault(_camera_aside, SEEN_ELSEWHERE),
     "near plane": JobFault(_near_plane, ("object_missing", "face_missing")),
     "exponent": JobFault(_looks(_exponent), ("exponent",)),
-    "lobe exchanged": JobFault(_looks(_lobe), ("lobe_exchanged", "lobe_phong", "lobe_blinn")),
+    "lobe exchanged": JobFault(_looks(_lobe), ("lobe_exchanged",)),
     "highlight lost": JobFault(_looks(_without_highlight), ("specular_missing",)),
     "mirror brighter": JobFault(_looks(_brighter_mirror), ("mirror_gain",)),
     "glass denser": JobFault(_looks(_denser), ("ior",)),

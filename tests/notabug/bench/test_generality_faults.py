@@ -171,6 +171,16 @@ def test_what_is_declared_is_what_the_model_asks_for(scenes: list[Scene]) -> Non
     assert declared(NEAREST, None).texture_filter == "nearest"
 
 
+def test_every_right_name_is_one_that_the_judge_can_tell(tmp_path: Path) -> None:
+    """Of 60 scenes, which hold every feature, or of the whole picture."""
+    made = (write_random_scene(1, k, tmp_path / str(k)) for k in range(3 * DECK))
+    known = {each.name for path in made for each in models(read_scene(path)) if each.kind == "fault"}
+    known |= {"pixel_shift"}
+    for name, fault in [*POVRAY_FAULTS.items(), *MITSUBA_FAULTS.items()]:
+        assert fault.right, name
+        assert set(fault.right) <= known, name
+
+
 def test_the_nearest_texel_fills_its_block() -> None:
     texture = Texture(Path("a.png"), np.arange(12.0).reshape(2, 2, 3))
     made = nearest(texture).pixels
