@@ -37,6 +37,8 @@ MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this
 MEAN_FOUGHT, MOST_BETWEEN = 0.05, 0.9
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LARGEST_SET = 3
+LARGEST_GROWN = 6  # of sets that are not searched but grown, one by one
+SHORTER = 0.9  # of what a smaller set leaves: a larger one that leaves more is no better
 VALUES = {2: 4, 3: 2}  # of a feature that are tried in a set of so many models: those that explain most by themselves
 LEAST_TOLD = 0.5  # share of the wrong pixels that lie off edges, below which quick pictures tell nothing
 NEARER = 0.95  # of what the best set leaves: a larger set whose quick picture leaves more is not predicted
@@ -142,11 +144,13 @@ def support(bare: Admissible, other: Admissible) -> Bools:
 def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Explained:
     """The admissible set between ``base`` and ``limited``: (set, alpha (h, w), support (h, w), freedom)."""
     within = support(base, limited)
-    at = np.flatnonzero(within)
+    # a picture that is off by as much as the limited one, or a little more, is beyond the tolerance before the support
+    # begins: it lies on the segment wherever there is one
+    at = np.flatnonzero((limited.value != base.value).any(axis=2))
     start, v, off = (pixels(each, at) for each in (base.value, limited.value, measured.mean))
     v, off = v - start, off - start
     share = _share(off, v)
-    significant = largest(np.abs(off) - pixels(base.tau, at)) > 0
+    significant = (largest(np.abs(off) - pixels(base.tau, at)) > 0) & within.ravel()[at]
     if significant.any() and float(share[significant].mean()) < MEAN_ALPHA:
         return _nothing(base)
     value = put(base.value, at, start + share[:, None] * v)
@@ -163,7 +167,8 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Expla
     # a pixel's alpha counts by the share of its footprint that the artifact can take, so no filter moves the area
     area = np.zeros(within.shape)
     area.ravel()[at] = share * base.share.ravel()[at]
-    return target, area, within, float(np.sqrt(total(v * v)).sum() / within.size)
+    length = np.sqrt(total(v * v))[within.ravel()[at]]
+    return target, np.where(within, area, 0.0), within, float(length.sum() / within.size)
 
 
 def _share(off: Floats, v: Floats) -> Floats:
@@ -360,11 +365,9 @@ _RULES: dict[str, Callable[..., Explained]] = {
 
 
 def habits(models: Sequence[Model]) -> tuple[Model, ...]:
-    """The conventions among ``models`` whose feature has one value: a renderer has all of them at once."""
+    """Those of ``models`` that are choices whose feature has one value: a renderer has all of them at once."""
     features = [each.when[0] for each in models if each.when]
-    return tuple(
-        each for each in models if each.kind == "convention" and each.when and features.count(each.when[0]) == 1
-    )
+    return tuple(each for each in choices(models) if each.when and features.count(each.when[0]) == 1)
 
 
 def candidates(
@@ -416,14 +419,14 @@ def explain(
             left.setdefault(chosen[0], found.significance.excess)
             if not found.triggers:
                 enough.append(found)
-            elif found.significance.excess < 0.9 * best.significance.excess:
+            elif found.significance.excess < SHORTER * best.significance.excess:
                 best = found
     if enough:  # dots may fill a facet as well: the models that could explain the least else
         return replace(min(enough, key=lambda each: each.freedom), before=bare.significance.z)
     enlarged = _beside(measured, best, predict, [each for each in models if each not in useful])
-    declared = habits(models)
-    if enlarged is None and declared and declared != best.models:  # whose effect alone may be that more is wrong
-        enlarged = _beside(measured, fit(measured, declared, predict), predict, models)
+    starts = [best, fit(measured, together, predict)] if together else [best]  # habits alone may leave more than none
+    for start in starts:
+        enlarged = enlarged or _grown(measured, start, models, predict, preview)
     return replace(enlarged or best, before=bare.significance.z)
 
 
@@ -437,6 +440,33 @@ def _beside(measured: Measured, start: Explanation, predict: Predict, some: Sequ
             found = fit(measured, (*start.models, each), predict)
             if not found.triggers:
                 return found
+    return None
+
+
+def _grown(
+    measured: Measured, start: Explanation, models: Sequence[Model], predict: Predict, preview: Preview | None
+) -> Explanation | None:
+    """The models of ``start`` and more that leave nothing to be explained, or None.
+
+    One is added at a time, the one that leaves least: a renderer has all of its conventions and limitations at once, so
+    what mirrors, facets and quads do together takes more than LARGEST_SET of them.
+    """
+    while len(start.models) < LARGEST_GROWN:
+        fits = [
+            fit(measured, (*start.models, each), predict)
+            for each in models
+            if each not in start.models
+            and not _excluded(each, start.models)
+            and (preview is None or nears(start, each, preview, choices(start.models)))
+            and _helps(start, each, predict)
+        ]
+        enough = [each for each in fits if not each.triggers]
+        if enough:
+            return min(enough, key=lambda each: each.freedom)
+        best = min(fits, key=lambda each: each.significance.excess, default=start)
+        if best.significance.excess >= SHORTER * start.significance.excess:
+            return None
+        start = best
     return None
 
 

@@ -8,16 +8,16 @@ namespace notabug {
 
 // 1 - the opacity of `material`; without secondary rays in the scene every surface is opaque.
 template <class T, class F>
-inline T let_through(const Scene<T>& scene, int material, TransparentShadows transparent) {
+inline Vec3<T> let_through(const Scene<T>& scene, int material, TransparentShadows transparent) {
     if constexpr (!F::secondary) {
-        return T(0);
+        return {0, 0, 0};
     } else {
         const Coefficients<T>& c = scene.secondary[material];
-        if (transparent == TransparentShadows::opaque) return T(0);
-        if (transparent == TransparentShadows::free && any_positive(c.transmission)) return T(1);
-        if (transparent == TransparentShadows::glass)  // the mean of the channels
-            return T(1) - c.opacity + (c.transmission.x + c.transmission.y + c.transmission.z) / T(3);
-        return T(1) - c.opacity;
+        if (transparent == TransparentShadows::opaque) return {0, 0, 0};
+        if (transparent == TransparentShadows::free && any_positive(c.transmission)) return {1, 1, 1};
+        const T rest = T(1) - c.opacity;
+        const Vec3<T> every{rest, rest, rest};
+        return transparent == TransparentShadows::glass ? every + c.transmission : every;
     }
 }
 
@@ -89,7 +89,7 @@ struct ShadowRay {
 
 template <class T>
 struct LightShare {
-    T share;  // of the light that arrives
+    Vec3<T> share;  // of the light that arrives
     bool forgiven;
 };
 
@@ -101,7 +101,8 @@ template <class T, class F>
 LightShare<T> stepped(const Scene<T>& scene, const ShadowRay<T>& shadow, int face, int own, const Chord<T>& chord) {
     const Ray<T>& ray = shadow.ray;
     const bool objects = shadow.gap_loses == GapLoses::objects;
-    T light = 1, last = -infinity<T>, tmin = std::max(shadow.tmin, shadow.gap);
+    Vec3<T> light{1, 1, 1};
+    T last = -infinity<T>, tmin = std::max(shadow.tmin, shadow.gap);
     bool forgiven = false;
     int lost = -1;
     while (true) {
@@ -129,8 +130,8 @@ LightShare<T> stepped(const Scene<T>& scene, const ShadowRay<T>& shadow, int fac
             last = tmin = hit.t;
             continue;
         }
-        light *= let_through<T, F>(scene, scene.material[owner], shadow.transparent);
-        if (light <= 0) return {light, false};
+        light = mul(light, let_through<T, F>(scene, scene.material[owner], shadow.transparent));
+        if (!any_positive(light)) return {light, false};
         last = hit.t;
         tmin = objects ? hit.t : hit.t + shadow.gap;
     }
@@ -141,7 +142,7 @@ template <class T, class F>
 LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
     const Ray<T>& ray = shadow.ray;
     const Vec3<T>& L = ray.direction;
-    T light = 1;
+    Vec3<T> light{1, 1, 1};
     bool forgiven = false, own_mesh = false;
     int face = -1, owner = -1;
     Chord<T> chord{shadow.side, shadow.slope, 0};
@@ -151,7 +152,7 @@ LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
         if (shadow.leaves) face = scene.face[shadow.triangle];
         const bool under = shadow.forgive > 0 && chord.depth >= 0 &&
                            rises(scene.points[shadow.triangle], L) * shadow.side <= 0;
-        if (under && hollow(scene, shadow.triangle, L, shadow.side)) return {0, true};
+        if (under && hollow(scene, shadow.triangle, L, shadow.side)) return {{0, 0, 0}, true};
         own_mesh = under || (shadow.forgive > 1 && chord.depth >= 0);
     }
     if (shadow.gap > 0) return stepped<T, F>(scene, shadow, face, own_mesh ? owner : -1, chord);
@@ -166,21 +167,22 @@ LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
                 forgiven = true;
                 return true;
             }
-            light *= let_through<T, F>(scene, scene.material[scene.object[i]], shadow.transparent);
-            dark = light <= 0;
+            light = mul(light, let_through<T, F>(scene, scene.material[scene.object[i]], shadow.transparent));
+            dark = !any_positive(light);
             return !dark;
         });
-        if (dark) return {0, false};
+        if (dark) return {{0, 0, 0}, false};
     }
     if constexpr (F::spheres) {
         for (std::int64_t i = 0; i < scene.spheres.count; ++i) {
             if (i == shadow.sphere) continue;
             const Roots<T> roots = sphere_roots(scene.spheres, i, ray);
             for (const T t : {roots.near, roots.far}) {
-                if (shadow.tmin < t && t < shadow.tmax)
-                    light *= let_through<T, F>(scene, scene.material[scene.spheres.object[i]], shadow.transparent);
+                if (!(shadow.tmin < t && t < shadow.tmax)) continue;
+                const int material = scene.material[scene.spheres.object[i]];
+                light = mul(light, let_through<T, F>(scene, material, shadow.transparent));
             }
-            if (light <= 0) return {0, false};
+            if (!any_positive(light)) return {{0, 0, 0}, false};
         }
     }
     return {light, forgiven};

@@ -66,6 +66,12 @@ inline Vec3<T> mul(const Vec3<T>& a, const Vec3<T>& b) {
     return {a.x * b.x, a.y * b.y, a.z * b.z};
 }
 
+// The mean of three channels; of equal ones that value itself, to the last bit.
+template <class T>
+inline T mean(const Vec3<T>& a) {
+    return a.x + ((a.y - a.x) + (a.z - a.x)) / T(3);
+}
+
 template <class T>
 inline bool any_positive(const Vec3<T>& a) {
     return a.x > 0 || a.y > 0 || a.z > 0;

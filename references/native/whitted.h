@@ -122,9 +122,9 @@ struct Whitted {
             const bool dark = sight.unlit || acne(k, ray, hit, at, steep);
             lit.any = true;
             lit.last_lost = dark;
-            T share = 1;
+            Vec3<T> share{1, 1, 1};
             if (dark) {
-                share = 0;
+                share = {0, 0, 0};
             } else if (shadows && nl > 0) {
                 // behind, an uncut highlight belongs to a shader without shadows
                 T begin = start.clear;
@@ -134,7 +134,8 @@ struct Whitted {
                 const T slope = gouraud && here ? std::max(dot(s.normal, aim.L), T(0)) : nl;
                 const T outside = dot(g, aim.L) * s.side;
                 const T beside = outside > 0 ? start.beside : -start.beside;
-                const int ball = outside > 0 && exact ? hit.sphere : -1;
+                // from inside a ball its other side is met
+                const int ball = outside > 0 && s.side > 0 && exact ? hit.sphere : -1;
                 const int forgive = option.shadows == Shadows::forgiving ? (here ? 1 : 2) : 0;
                 const ShadowRay<T> shadow{{leave + beside * g + lift * N, aim.L},
                                           begin,
@@ -157,24 +158,24 @@ struct Whitted {
                 }
             }
             if constexpr (Record::listens) {
-                if (primary) record.share(k, share, part);
+                if (primary) record.share(k, mean(share), part);
             }
-            if (share <= 0) {
+            if (!any_positive(share)) {
                 if (here) lit.blocked |= std::uint64_t(1) << (k & 63);
                 continue;
             }
-            if (share < 1 && here)  // the border of a transparent shadow is an edge too
+            if (mean(share) < 1 && here)  // the border of a transparent shadow is an edge too
                 lit.blocked += std::uint64_t(65536) * static_cast<std::uint64_t>(k + 1) *
-                               static_cast<std::uint64_t>(nearest(static_cast<double>(share) * 1000));
+                               static_cast<std::uint64_t>(nearest(static_cast<double>(mean(share)) * 1000));
             const bool mirrored = from.generation >= passages;
-            const T e = to.falloff * share * static_cast<T>(0.3183098861837907) * part;
+            const Vec3<T> e = part * (static_cast<T>(0.3183098861837907) * (to.falloff * share));
             // the fault of one view vector for all rays: the camera's
             const bool wrong = mirrored && option.mirrored_highlight == MirroredHighlight::primary;
             T raw = 0;
             if (option.raw_vectors) raw = light.kind == 0 ? to.distance : T(1);
             T h = highlight(scene.lobes, material, N, to.L, wrong ? primary_view : V, raw);
             if (mirrored && option.mirrored_highlight == MirroredHighlight::lost) h = 0;
-            const Vec3<T> E = e * light.intensity;
+            const Vec3<T> E = mul(e, light.intensity);
             const T lambert = std::max(nl, T(0));
             const Vec3<T> diffuse{E.x * colour.x * lambert, E.y * colour.y * lambert, E.z * colour.z * lambert};
             lit.colour = lit.colour + diffuse;

@@ -103,3 +103,41 @@ def _twice(scene: Any, once: Any, options: Options) -> Any:
     """Pixels whose light came over more than one mirror: half the mirror leaves less than half of their light."""
     half = replace(scene, materials=(replace(MIRROR, mirror=(0.4,) * 3), scene.materials[1]))
     return (trace_picture(half, options)[..., 0] < 0.4 * once) & (once > 0.02)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-6])
+def test_the_shadow_of_glass_has_the_colour_of_what_it_lets_through(make: Any, gap: float) -> None:
+    """Each of two panes lets T of a channel through, not the mean of the channels; a ball is crossed twice."""
+    through = (0.9, 0.5, 0.2)
+    glass = Material("/Glass", (0.0, 0.0, 0.0), transmission=through, ior=1.0)
+    panes = [make.rectangle(z, 1.0) for z in (1.0, 1.2)]
+    ball = make.sphere((6.0, 0.0, 2.0), 1.0)
+    floor = make.rectangle(-1.0, 30.0, 1)
+    sun = make.distant((0, 0, -1), np.pi)
+    camera = make.camera((0, -20.0, 12.0), (0, 0, 0), 0.5, (0, 0, 1))
+    white = Material("/White", (1.0, 1.0, 1.0))
+    options = Options(transparent_shadows="glass", shadow_gap=gap)
+    scene = make.scene([*panes, ball, floor], [sun], camera, materials=(glass, white))
+    shadows = np.unique(trace_picture(scene, options).reshape(-1, 3).round(6), axis=0)
+    assert any(np.allclose(each, np.square(through), atol=1e-5) for each in shadows)
+    grey = np.square(np.mean(through))
+    assert not np.isclose(shadows, grey, atol=1e-5).all(axis=1).any()
+
+
+@pytest.mark.parametrize("how", [{}, {"shadow_gap": 1e-3}, {"start": "absolute", "epsilon": 1e-4}])
+def test_the_inside_of_a_ball_lies_in_the_balls_own_shadow(make: Any, how: dict[str, Any]) -> None:
+    """Light that falls on its inner side has crossed the outer one: an opaque ball keeps all of it, others a share."""
+    lamp = make.point((0.0, 0.0, 8.0), 64.0 * np.pi)
+    within = make.camera((0.0, 0.0, 0.0), (0.3, 0.0, -1.0), 0.4)
+    for opacity in (1.0, 0.25):
+        shell = Material("/Shell", (1.0, 1.0, 1.0), opacity=opacity)
+        scene = make.scene([make.sphere((0, 0, 0), 1.0)], [lamp], within, materials=(shell,), size=8)
+        bare = make.scene([make.sphere((0, 0, 0), 1.0)], [lamp], within, materials=(shell,), size=8)
+        lit = trace_picture(bare, Options(shadows="none"))
+        seen = trace_picture(scene, Options(**how))
+        assert lit.min() > 0.0
+        assert np.allclose(seen, (1.0 - opacity) * lit, atol=1e-9)
+    from_lamp = make.camera((0.0, 0.0, 0.0), (0.3, 0.0, 1.0), 0.4)  # a lamp inside lights it without a shadow
+    lamp = make.point((0.2, 0.0, -0.2), 1.0)
+    scene = make.scene([make.sphere((0, 0, 0), 1.0)], [lamp], from_lamp, size=8)
+    assert np.array_equal(trace_picture(scene, Options(**how)), trace_picture(scene, Options(shadows="none")))

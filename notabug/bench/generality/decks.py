@@ -13,10 +13,10 @@ import numpy as np
 
 DECK = 20  # cards, and scenes in a block
 
-# Faces without area and coincident corners, in a tenth of the scenes. Off until reader and references take them.
-DEGENERATE = False
-# Quads that are not flat, as most quads of scanned or sculpted meshes are. Off until the reader takes them.
-BENT_QUADS = False
+# Faces without area and coincident corners, in a tenth of the scenes.
+DEGENERATE = True
+# Quads that are not flat, as most quads of scanned or sculpted meshes are.
+BENT_QUADS = True
 
 DECKS: dict[str, dict[str, int]] = {
     "shape": {"box": 3, "torus": 3, "ball": 3, "sphere": 4, "capsule": 2, "extrusion": 2, "sheet": 3},

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from notabug.adapters.base import Adapter, Declaration, Pixels, Quality, RendererError, UnsupportedError
-from notabug.adapters.declared import RADIUS
+from notabug.adapters.declared import RADIUS, unknown
 from notabug.metrics.judge import judge
 from notabug.metrics.verdict import Verdict
 from notabug.scenes_usd.errors import NotabugError
@@ -79,20 +79,8 @@ def verdict_on(pictures: Sequence[Pixels], scene: Scene, declaration: Declaratio
 
 def unknown_making() -> Declaration:
     """What is known of a single file of which nothing is said: every choice is open, so most is admitted."""
-    return Declaration(
-        precision="float32",
-        filter="unknown",
-        radius=RADIUS["unknown"],
-        quantum=2.0**-24,
-        relative_quantum=True,
-        noisy=False,
-        ngon_split="unknown",
-        coincident="unknown",
-        lobe="unknown",
-        interpolation="unknown",
-        normalised="unknown",
-        highlight="unknown",
-    )
+    known: dict[str, Any] = {"precision": "float32", "filter": "unknown", "radius": RADIUS["unknown"], "noisy": False}
+    return Declaration(**unknown(), **known, quantum=2.0**-24, relative_quantum=True)
 
 
 def controls(scene: Scene, seed: int) -> list[Record]:

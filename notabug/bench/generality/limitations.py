@@ -62,6 +62,10 @@ def expose_limitation(job: Job, within: Path) -> list[Record]:
         pixels = changed([picture], [bare])
         if pixels >= CONNECTED:
             break
+    model = found[name]
+    ways = {"declared": declared(name, model)}
+    if model is None or not model.strict:  # else it is a bug of a program that does not declare it
+        ways["undeclared"] = replace(unknown_making(), filter="box", radius=0.5, samples=SUBSAMPLES**2)
     return [
         {
             **about,
@@ -71,10 +75,7 @@ def expose_limitation(job: Job, within: Path) -> list[Record]:
             "limitation": name,
             **guarded(lambda d=declaration: verdict_on([picture], scene, d, naming=job.naming)),  # type: ignore[misc]
         }
-        for title, declaration in (
-            ("declared", declared(name, found[name])),
-            ("undeclared", replace(unknown_making(), filter="box", radius=0.5, samples=SUBSAMPLES**2)),
-        )
+        for title, declaration in ways.items()
     ]
 
 
@@ -112,6 +113,9 @@ def declared(name: str, model: Model | None) -> Declaration:
         glass_side="facet",
         texture_filter="nearest" if name == NEAREST else "bilinear",
     )
-    if model is None or model.when is None or model.when[0] == "resolves":
+    if model is None:
         return base
-    return replace(base, **{model.when[0]: model.when[1]})  # type: ignore[arg-type]
+    said = {field: value for field, value in model.conditions if field != "resolves"}
+    if said.get("shadows") == "none" and model.options.get("shadows") != "none":
+        said["shadows"] = "unknown"  # the picture's other shadows are cast
+    return replace(base, **{field: type(getattr(base, field))(value) for field, value in said.items()})

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from notabug.adapters.mitsuba_job import Arrays
-from notabug.bench.generality.povray_faults import MOVED, SEEN_ELSEWHERE
+from notabug.bench.generality.povray_faults import MISSING, MOVED, SEEN_ELSEWHERE
 
 Job = dict[str, Any]
 Edit = Callable[[Job, Arrays], None]
@@ -167,12 +167,12 @@ MITSUBA_FAULTS: Mapping[str, JobFault] = {
     "light redder": JobFault(_lights((1.25, 1.0, 1.0)), ("light_colour",)),
     "light moved": JobFault(_moved_light, MOVED),
     "light's y and z exchanged": JobFault(_turned_light, MOVED),
-    "light missing": JobFault(_first_light_lost, ("light_missing", "no_light", "light_gain")),
+    "light missing": JobFault(_first_light_lost, ("light_missing", "light_gain")),
     "field of view": JobFault(_wider, ("field_of_view",)),
     "camera moved": JobFault(_camera_aside, SEEN_ELSEWHERE),
-    "near plane": JobFault(_near_plane, ("near_clip", "near_plane", "object_missing")),
+    "near plane": JobFault(_near_plane, ("object_missing", "face_missing")),
     "exponent": JobFault(_looks(_exponent), ("exponent",)),
-    "lobe exchanged": JobFault(_looks(_lobe), ("lobe_exchanged", "lobe_phong", "lobe_blinn")),
+    "lobe exchanged": JobFault(_looks(_lobe), ("lobe_exchanged",)),
     "highlight lost": JobFault(_looks(_without_highlight), ("specular_missing",)),
     "mirror brighter": JobFault(_looks(_brighter_mirror), ("mirror_gain",)),
     "glass denser": JobFault(_looks(_denser), ("ior",)),
@@ -183,11 +183,9 @@ MITSUBA_FAULTS: Mapping[str, JobFault] = {
     "normals inward": JobFault(_parts("normals", lambda n: -n), ("normals_flipped",)),
     "normals swapped": JobFault(_parts("normals", lambda n: n[:, [0, 2, 1]]), ("normals_swapped", "normals_by_matrix")),
     "normals left out": JobFault(_no_normals, ("flat_normals", "normals_lost")),
-    "u and v swapped": JobFault(_parts("uv", lambda uv: uv[:, ::-1]), ("swapped_uv",)),
+    "u and v swapped": JobFault(_parts("uv", lambda uv: 1.0 - uv[:, ::-1]), ("swapped_uv",)),
     "v downwards": JobFault(_parts("uv", lambda uv: uv * [1.0, -1.0] + [0.0, 1.0]), ("flipped_v",)),
-    "triangles missing": JobFault(_triangles_lost, ("object_missing", "triangle_missing", "faces_missing", "cracks")),
-    "texture decoded": JobFault(
-        _textures(_decoded), ("texture_decoded", "texture_encoded", "texture_gamma", "texture_power")
-    ),
-    "texture nearest": JobFault(_textures(_nearest), ("texture_nearest", "nearest_texture", "texture_filter")),
+    "triangles missing": JobFault(_triangles_lost, MISSING),
+    "texture decoded": JobFault(_textures(_decoded), ("texture_decoded", "texture_decoded_by_power")),
+    "texture nearest": JobFault(_textures(_nearest), ("texture_nearest",)),
 }

@@ -128,6 +128,7 @@ def _flat(text: str) -> str:
 
 LIGHT = r"light_source \{ [^\n]*\n"
 MOVED = ("light_moved", "light_up_axis")
+MISSING = ("face_missing", "object_missing", "cracks")  # triangles
 SEEN_ELSEWHERE = ("camera_moved", "pixel_shift", "field_of_view", "aspect")
 
 POVRAY_FAULTS: Mapping[str, TextFault] = {
@@ -140,17 +141,15 @@ POVRAY_FAULTS: Mapping[str, TextFault] = {
     "light moved": TextFault(
         lambda text: _scaled(text, rf"light_source \{{ {_TRIPLE} rgb <[^>]*> fade", 1.15, 1.0, 0.85), MOVED
     ),
-    "light missing": TextFault(lambda text: _without(text, LIGHT, 1), ("light_missing", "no_light", "light_gain")),
+    "light missing": TextFault(lambda text: _without(text, LIGHT, 1), ("light_missing", "light_gain")),
     "lights without shadows": TextFault(_shadowless, ("no_shadow",)),
-    "object without shadow": TextFault(
-        _no_shadow, ("no_shadow", "shadow_missing", "object_casts_no_shadow", "shadow_ray_culled", "epsilon_too_large")
-    ),
+    "object without shadow": TextFault(_no_shadow, ("no_shadow", "shadow_ray_culled", "epsilon_too_large")),
     "camera moved": TextFault(_moved_camera, SEEN_ELSEWHERE),
     "field of view": TextFault(
         lambda text: _camera(_camera(text, "right", (1.03,) * 3), "up", (1.03,) * 3), ("field_of_view",)
     ),
     "aspect": TextFault(lambda text: _camera(text, "up", (1.04,) * 3), ("aspect", "field_of_view")),
-    "triangles missing": TextFault(_fewer_triangles, ("object_missing", "triangle_missing", "faces_missing", "cracks")),
+    "triangles missing": TextFault(_fewer_triangles, MISSING),
     "object missing": TextFault(_without_object, ("object_missing",)),
     "materials exchanged": TextFault(_exchanged_looks, ("materials_exchanged", "albedo")),
     "normals swapped": TextFault(_normals(lambda n: [n[0], n[2], n[1]]), ("normals_swapped", "normals_by_matrix")),
@@ -159,7 +158,7 @@ POVRAY_FAULTS: Mapping[str, TextFault] = {
     "v downwards": TextFault(_uv(lambda uv: [uv[0], 1.0 - uv[1]]), ("flipped_v",)),
     "texture decoded": TextFault(
         lambda text: text.replace("gamma 1.0 interpolate", "gamma 2.2 interpolate"),
-        ("texture_decoded", "texture_encoded", "texture_gamma", "texture_power"),
+        ("texture_decoded", "texture_decoded_by_power"),
     ),
     "exponent": TextFault(
         lambda text: _scaled(_scaled(text, rf"phong_size ({_NUMBER})", 1.6), rf"roughness ({_NUMBER})", 1 / 1.6),

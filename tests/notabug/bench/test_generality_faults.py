@@ -166,9 +166,19 @@ def test_choices_are_limitations_and_conventions_of_the_scene(scenes: list[Scene
 def test_what_is_declared_is_what_the_model_asks_for(scenes: list[Scene]) -> None:
     for scene in scenes:
         for name, model in choices(scene).items():
-            if model is not None and model.when is not None and model.when[0] != "resolves":
-                assert getattr(declared(name, model), model.when[0]) == model.when[1]
+            for field, value in () if model is None else model.conditions:
+                assert field in ("resolves", "shadows") or str(getattr(declared(name, model), field)) == value
     assert declared(NEAREST, None).texture_filter == "nearest"
+
+
+def test_every_right_name_is_one_that_the_judge_can_tell(tmp_path: Path) -> None:
+    """Of 60 scenes, which hold every feature, or of the whole picture."""
+    made = (write_random_scene(1, k, tmp_path / str(k)) for k in range(3 * DECK))
+    known = {each.name for path in made for each in models(read_scene(path)) if each.kind == "fault"}
+    known |= {"pixel_shift"}
+    for name, fault in [*POVRAY_FAULTS.items(), *MITSUBA_FAULTS.items()]:
+        assert fault.right, name
+        assert set(fault.right) <= known, name
 
 
 def test_the_nearest_texel_fills_its_block() -> None:
