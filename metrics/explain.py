@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -24,12 +25,21 @@ from notabug.metrics.significance import Significance, significance
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
+Places = npt.NDArray[np.intp]
 Explained = tuple[Admissible, Floats, Bools, float]
 """An admissible set, the share alpha (h, w) of a model in it, its support (h, w), and its freedom."""
 Predict = Callable[[tuple[Model, ...]], Admissible]
 """What a set of models admits, for one scene and one renderer's declaration."""
-Preview = Callable[[tuple[Model, ...]], Floats]
-"""The picture (h, w, 3) of a set of models, by one sample a pixel."""
+Closely = Callable[[Bools], Predict]
+"""What sets of models admit, with whatever falls between the centres of given pixels (h, w)."""
+
+
+class Preview(Protocol):
+    """Quick pictures of sets of models, for one scene."""
+
+    def __call__(self, chosen: tuple[Model, ...], at: Places | None = None, /) -> Floats:
+        """The picture (h, w, 3), by one sample a pixel; or its pixels numbered ``at`` (n,), (n, 3)."""
+
 
 MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
 # The same of surfaces that coincide, where that share of what is off lies on the straight way to the other surface: by
@@ -41,8 +51,13 @@ LARGEST_GROWN = 6  # of sets that are not searched but grown, one by one
 SHORTER = 0.9  # of what a smaller set leaves: a larger one that leaves more is no better
 VALUES = {2: 4, 3: 2}  # of a feature that are tried in a set of so many models: those that explain most by themselves
 LEAST_TOLD = 0.5  # share of the wrong pixels that lie off edges, below which quick pictures tell nothing
+TOLD_BY = 2048  # pixels, evenly spread, that tell of larger sets: the error of a sum over them is 2 %
 NEARER = 0.95  # of what the best set leaves: a larger set whose quick picture leaves more is not predicted
+FARTHER = 2.0  # nor one whose quick picture makes so much more wrong than it was, in all the picture
+ACTS = 0.25  # tolerances by which a pixel's centre moves where a model that is no choice may act: it does beyond one
+SURELY = 2.0  # tolerances by which a pixel's centre moves where its mean surely does by one
 AROUND = 4  # pixels: a filter's radius and what falls between the centres of pixels
+SPECKS = 0.01  # of the picture: a model's change that no pixel's centre shows is nowhere larger than a few pixels
 LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
 LEAST_FOUGHT = 0.02  # of what surfaces share to the last bits: renderers show another one at a sixth of it or more
 NOISE = 3.0  # standard errors beyond which a pixel is off
@@ -393,18 +408,25 @@ def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, 
 
 
 def explain(
-    measured: Measured, models: Sequence[Model], predict: Predict, preview: Preview | None = None
+    measured: Measured,
+    models: Sequence[Model],
+    predict: Predict,
+    preview: Preview | None = None,
+    closely: Closely | None = None,
 ) -> Explanation:
     """The smallest set without a trigger, of single models that with the least freedom; else that with the shortest
     bug leg.
 
     ``preview`` spares most of the predictions: of models that move nothing near what needs explaining, and of larger
     sets whose quick picture is no nearer than that of the best one. Before a picture is a bug, models that move nothing
-    are predicted all the same.
+    are predicted all the same. Where little is wrong it is predicted ``closely``.
     """
     bare = best = fit(measured, (), predict)
     if not bare.triggers:
         return bare
+    close = closely is not None and _specks(bare)
+    if closely is not None and close:
+        predict = closely(bare.significance.pixels)
     together = habits(models)
     useful = _useful(bare, models, together, predict, preview)
     enough: list[Explanation] = []
@@ -413,8 +435,11 @@ def explain(
         for chosen in candidates(_leading(useful, left, VALUES.get(size, len(useful))), together, (size,)):
             if enough and len(chosen) > 1:
                 break
-            if len(chosen) > 1 and preview is not None and not _nearer(measured, chosen, best, predict, preview):
-                continue
+            if preview is not None and (len(chosen) > 1 or chosen[0].rule == "choice"):
+                may, rest = nearer(measured, chosen, best, predict, preview)
+                if not may:
+                    left.setdefault(chosen[0], rest)
+                    continue
             found = fit(measured, chosen, predict)
             left.setdefault(chosen[0], found.significance.excess)
             if not found.triggers:
@@ -422,25 +447,56 @@ def explain(
             elif found.significance.excess < SHORTER * best.significance.excess:
                 best = found
     if enough:  # dots may fill a facet as well: the models that could explain the least else
-        return replace(min(enough, key=lambda each: each.freedom), before=bare.significance.z)
-    enlarged = _beside(measured, best, predict, [each for each in models if each not in useful])
+        return replace(min(enough, key=_taken_for_granted), before=bare.significance.z)
+    if closely is not None and not close and best.models and _specks(best):
+        predict, close = closely(best.significance.pixels), True
+        best = fit(measured, best.models, predict)
+        if not best.triggers:
+            return replace(best, before=bare.significance.z)
+    told = None if close else preview
+    enlarged = _beside(measured, best, predict, [each for each in models if each not in useful], told)
     starts = [best, fit(measured, together, predict)] if together else [best]  # habits alone may leave more than none
     for start in starts:
-        enlarged = enlarged or _grown(measured, start, models, predict, preview)
+        enlarged = enlarged or _grown(measured, start, models, predict, told)
     return replace(enlarged or best, before=bare.significance.z)
 
 
-def _beside(measured: Measured, start: Explanation, predict: Predict, some: Sequence[Model]) -> Explanation | None:
+def _specks(found: Explanation) -> bool:
+    """Whether what is left to be explained is so little that a model may do it between the centres of pixels."""
+    return bool(0.0 < found.significance.pixels.mean() < SPECKS)
+
+
+def _beside(
+    measured: Measured, start: Explanation, predict: Predict, some: Sequence[Model], preview: Preview | None
+) -> Explanation | None:
     """The models of ``start`` and one of ``some`` that leave nothing to be explained, or None.
 
     Some act only beside others: the folds of a mesh that stands for a smooth one, facets that shadow a silhouette.
+    Where there is a ``preview`` it tells which move nothing there, and which leave as much.
     """
     for each in some:
-        if each not in start.models and len(start.models) < LARGEST_SET and _helps(start, each, predict):
+        if each in start.models or len(start.models) >= LARGEST_SET:
+            continue
+        if preview is not None and not _promises(measured, start, each, predict, preview):
+            continue
+        if _helps(start, each, predict):
             found = fit(measured, (*start.models, each), predict)
             if not found.triggers:
                 return found
     return None
+
+
+def _promises(measured: Measured, start: Explanation, model: Model, predict: Predict, preview: Preview) -> bool:
+    """Whether quick pictures say that ``model`` beside those of ``start`` changes what is wrong, and for the better."""
+    beside = choices(start.models)
+    return (
+        nears(start, model, preview, beside) and nearer(measured, (*start.models, model), start, predict, preview)[0]
+    )
+
+
+def _taken_for_granted(found: Explanation) -> tuple[float, int]:
+    """How much else a set could explain, and how much it supposes of a renderer: of two the least says most."""
+    return found.freedom, sum(len(each.conditions) for each in found.models)
 
 
 def _grown(
@@ -457,12 +513,12 @@ def _grown(
             for each in models
             if each not in start.models
             and not _excluded(each, start.models)
-            and (preview is None or nears(start, each, preview, choices(start.models)))
+            and (preview is None or _promises(measured, start, each, predict, preview))
             and _helps(start, each, predict)
         ]
         enough = [each for each in fits if not each.triggers]
         if enough:
-            return min(enough, key=lambda each: each.freedom)
+            return min(enough, key=_taken_for_granted)
         best = min(fits, key=lambda each: each.significance.excess, default=start)
         if best.significance.excess >= SHORTER * start.significance.excess:
             return None
@@ -470,32 +526,48 @@ def _grown(
     return None
 
 
-def _nearer(
-    measured: Measured, models: tuple[Model, ...], best: Explanation, predict: Predict, preview: Preview
-) -> bool:
-    """Whether ``models`` may leave less than ``best``, as their quick picture tells where that leaves wrong pixels.
+def nearer(
+    measured: Measured,
+    models: tuple[Model, ...],
+    best: Explanation,
+    predict: Predict,
+    preview: Preview,
+    known: tuple[Model, ...] = (),
+) -> tuple[bool, float]:
+    """Whether ``models`` may leave less than ``best``, as a quick picture tells off edges, and what it leaves there.
 
-    Of models that are no choices, which may show anything between, nothing is left where they act.
+    What they change is added to the prediction of ``known``, choices among them. Quick pictures tell nothing where most
+    wrong pixels lie at edges, unless the picture itself is one. Of models that are no choices, which may show anything
+    between, nothing is left where they act.
     """
-    reference = predict(())
-    wrong, told = best.significance.pixels, ~reference.edge
-    if float((wrong & told).sum()) < LEAST_TOLD * float(wrong.sum()):
-        return True
-    if wrong.any():
-        told &= wrong  # else it is a gain, a shift, or what is faint and wide
-    was = float(_beyond(measured, best.target.value, reference)[told].sum())
-    chosen = choices(models)
-    left = _beyond(measured, guessed(chosen, predict, preview), reference)
+    start = predict(known)
+    smooth = ~(predict(()).edge | start.edge) | start.share_is_point
+    wrong = best.significance.pixels
+    if not smooth.any() or float((wrong & smooth).sum()) < LEAST_TOLD * float(wrong.sum()):
+        return True, 0.0
+    chosen = (*known, *(each for each in choices(models) if each not in known))
+    spots = wrong & smooth if wrong.any() else smooth  # else it is a gain, a shift, or what is faint and wide
+    told, around = (_spread(np.flatnonzero(each)) for each in (spots, smooth))
+    at = np.concatenate([told, around])
+    value, tau, mean, had = (pixels(each, at) for each in (start.value, start.tau, measured.mean, best.target.value))
+    quick = preview(chosen, at)
+    left, was = (
+        np.maximum(largest(np.abs(mean - each) - tau), 0.0) for each in (value + (quick - preview(known, at)), had)
+    )
     for each in models:
         if each.rule != "choice":
-            for value in each.values():
-                left[(preview((*chosen, value)) != preview(chosen)).any(axis=2)] = 0.0
-    return float(left[told].sum()) < (NEARER if wrong.any() else 1.0) * was or was == 0.0
+            for other in each.values():
+                left[largest(np.abs(preview((*chosen, other), at) - quick) - ACTS * tau) > 0] = 0.0
+    count = told.size
+    before, after = float(was[:count].sum()), float(left[:count].sum())
+    may = after < (NEARER if wrong.any() else 1.0) * before or before == 0.0
+    had_rest, rest = (float(each[count:].sum()) * np.count_nonzero(smooth) / around.size for each in (was, left))
+    return may and rest <= FARTHER * max(had_rest, best.significance.excess), rest
 
 
-def _beyond(measured: Measured, value: Floats, reference: Admissible) -> Floats:
-    """By how much (h, w) the picture deviates from ``value`` beyond the tolerance."""
-    return np.asarray(np.maximum(largest(np.abs(measured.mean - value) - reference.tau), 0.0))
+def _spread(places: Places) -> Places:
+    """Some TOLD_BY of ``places`` (n,), evenly spread."""
+    return places[:: max(1, places.size // TOLD_BY)]
 
 
 def nears(start: Explanation, model: Model, preview: Preview, fixed: tuple[Model, ...] = ()) -> bool:
@@ -515,8 +587,14 @@ def _useful(
     A shadow ray that passes over a pane changes nothing where a pane blocks it, and much where it keeps a share.
     """
 
-    alone = [each for each in models if (preview is None or nears(bare, each, preview)) and _helps(bare, each, predict)]
+    alone = [
+        each
+        for each in models
+        if preview is None
+        or (nears(bare, each, preview) and (_surely_helps(bare, each, preview) or _helps(bare, each, predict)))
+    ]
     if preview is None:
+        alone = [each for each in alone if _helps(bare, each, predict)]
         return alone
     besides: list[tuple[Model, ...]] = [(each,) for each in alone if each.kind == "convention"]
     besides += [together] if len(together) > 1 else []
@@ -565,3 +643,10 @@ def _helps(start: Explanation, model: Model, predict: Predict) -> bool:
     base = predict(beside)
     moved = (support(base, predict((*beside, value))) for value in model.values())
     return not wrong.any() or any(bool((each & wrong).any()) for each in moved)
+
+
+def _surely_helps(bare: Explanation, model: Model, preview: Preview) -> bool:
+    """Whether ``model`` moves the centre of a pixel that needs explaining, off edges, by more than the tolerance."""
+    at = np.flatnonzero(bare.significance.pixels & ~bare.target.edge)
+    start, tau = pixels(preview(()), at), SURELY * pixels(bare.target.tau, at)
+    return any(bool((np.abs(pixels(preview((value,)), at) - start) > tau).any()) for value in model.values())

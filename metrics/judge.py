@@ -21,16 +21,16 @@ from notabug.metrics.naming import UNNAMED, Name, Others, name_bug, possible
 from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import TILE, Measured, measure
 from notabug.metrics.nuisance import untold_gain
+from notabug.metrics.predictions import Predictions
 from notabug.metrics.valid import LARGEST, box, finite, invalid
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.model import Model, models
-from notabug.references.predict import predict, preview
+from notabug.references.predict import predict
 from notabug.references.tracer.envelope import Envelope
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
-Key = tuple[tuple[str, ...], ...]
 
 REGIONS = 12  # boxes a finding lists at most
 
@@ -81,36 +81,16 @@ def judge(
     moved = leeway(scene, bare) if suspected(measured, bare, reference, declaration) else None
     if moved is not None:
         reference = admissible(bare, declaration, tolerance, leeway=moved)
-    peak = float(reference.value.max(initial=0.0))
-    sets: dict[Key, Admissible] = {(): reference}
-    quick: dict[Key, Floats] = {}
-
-    # a set of models that predicts what is not finite (a distance to the power of 90) predicts nothing: it is taken for
-    # one that changes nothing, so it can neither explain nor excuse anything
-    def predicted(chosen: tuple[Model, ...]) -> Admissible:
-        key = _key(chosen)
-        if key not in sets:
-            envelope = predict(scene, chosen)
-            sound = reckonable(envelope)
-            sets[key] = admissible(envelope, declaration, tolerance, peak, moved) if sound else reference
-        return sets[key]
-
-    def previewed(chosen: tuple[Model, ...]) -> Floats:
-        key = _key(chosen)
-        if key not in quick:
-            picture = preview(scene, chosen)
-            quick[key] = picture if not chosen or finite(picture).all() else previewed(())
-        return quick[key]
-
+    predicted = Predictions(scene, bare, reference, declaration, tolerance, moved)
     known = list(models(scene))
     open_to = admitted(known, declaration)
-    found = explain(measured, open_to, predicted, previewed)
+    found = explain(measured, open_to, predicted, predicted.preview, predicted.closely)
     findings: tuple[Finding, ...] = ()
     word: Word
     name: Name | None = None
     undecided = hesitation(measured, found, predicted, open_to, scene, declaration, len(pictures))
     undecided = undecided or ("" if found.triggers else untold_gain(found.nuisance))
-    considered = {key[0][0]: to.value for key, to in sets.items() if len(key) == 1}
+    considered = dict(predicted.singles)
     if undecided:
         word, message = "inconclusive", undecided
         findings = () if found.triggers else _limitations(found, declaration)  # seen through the noise
@@ -119,7 +99,9 @@ def judge(
         if naming:
             faults = [each.under(declaration) for each in known if each.kind == "fault" and each.open_to(declaration)]
             beside = beside_faults(open_to, found)
-            name = name_bug(measured, found, possible(faults, declaration), beside, predicted, previewed, others)
+            name = name_bug(
+                measured, found, possible(faults, declaration), beside, predicted, predicted.preview, others
+            )
         if name.name == "unexplained":
             name = _global_name(found) or name
         bug = _bug(name, found)
@@ -159,11 +141,6 @@ def _no_reference(scene: Scene, envelope: Envelope) -> NotabugError:
     )
 
 
-def _key(chosen: tuple[Model, ...]) -> Key:
-    """What tells sets of models apart; the claim holds what those of one name differ in: an axis, a strength."""
-    return tuple((each.name, each.claim, str(each.strength), repr(each.options)) for each in chosen)
-
-
 def _refused(wrong: Finding, pictures: Sequence[Floats], reference: Admissible) -> Judgement:
     first = np.asarray(pictures[0], np.float64)
     shown = first if first.shape == reference.value.shape else np.zeros_like(reference.value)
@@ -182,7 +159,7 @@ def _global_name(found: Explanation) -> Name | None:
         moved = f"edges move by up to {found.nuisance.warp:.2f} pixels against the middle"
         return Name("field_of_view", f"{moved}: the field of view, the aspect or the roll is wrong", 0.0)
     x, y = found.nuisance.shift
-    return Name("pixel_shift", f"the picture is shifted by ({x:+.2f}, {y:+.2f}) pixels (right, down)", 0.0)
+    return Name("pixel_shift", f"the picture is shifted by ({x + 0.0:+.2f}, {y + 0.0:+.2f}) pixels (right, down)", 0.0)
 
 
 def _bug(name: Name, found: Explanation) -> Finding:

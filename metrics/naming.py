@@ -26,7 +26,7 @@ from notabug.metrics.causes import (
     shifted,
     without_border,
 )
-from notabug.metrics.channels import largest, total
+from notabug.metrics.channels import largest, pixels, total
 from notabug.metrics.explain import (
     LARGEST_SET,
     LEAST_TOUCHED,
@@ -37,6 +37,7 @@ from notabug.metrics.explain import (
     explain,
     fit,
     guessed,
+    nearer,
     nears,
     support,
 )
@@ -47,6 +48,7 @@ from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
+Places = npt.NDArray[np.intp]
 
 STEPS = (4, 1)  # pixels a block: a texture that has moved by more than a texel is found only where it is blurred
 REMAINS = 0.15  # a name may leave this much of the bug leg: right ones leave .08, a gamma in the place of an albedo .18
@@ -256,7 +258,13 @@ def _whole(bug: _Bug) -> Iterator[Name]:
                 nearest = (remains, cause)
     if nearest[1] is not None and nearest[0] > 0.0:  # what it leaves may be a limitation, which it has moved as well
         cause = nearest[1]
-        beside = explain(measured, bug.limitations, lambda chosen: cause.under(predict(chosen)))
+
+        def quick(chosen: tuple[Model, ...], at: Places | None = None, /) -> Floats:
+            value = bug.preview(chosen)
+            picture = cause.under(replace(reference, value=value, lo=value, hi=value)).value
+            return picture if at is None else pixels(picture, at)
+
+        beside = explain(measured, bug.limitations, lambda chosen: cause.under(predict(chosen)), quick)
         if not beside.triggers:
             misfit, glance = bug.misfit(beside.target), bug.glance(beside.target.value)
             yield Name(cause.name, cause.message, 0.0, misfit, beside, whole=True, glance=glance, numbers=cause.numbers)
@@ -327,7 +335,9 @@ def _fitted(bug: _Bug, fault: Model) -> Iterator[Name]:
     if fault.at is not None and NEARLY < _remains(bug, bare) < HOPE:  # quick pictures gave a rough strength
         closer = _refined(fault, changed_by(measured, predict(())), predict, bug.scale)
     if bare.significance.excess > 0:
-        beside = [(each,) for each in bug.limitations if _useful(bug, bare, fault, each)]
+        beside = [
+            (each,) for each in bug.limitations if _nearer(bug, bare, (fault, each)) and _useful(bug, bare, fault, each)
+        ]
         for models in dict.fromkeys((found.models, *beside)):
             if models:
                 fitted = fit(measured, models, predict, (fault,))
@@ -358,6 +368,7 @@ def _grown(bug: _Bug, fault: Model, nearest: Explanation) -> Iterator[Name]:
             for each in bug.limitations
             if each not in nearest.models
             and not (each.when and each.when[0] in features)
+            and _nearer(bug, nearest, (fault, *nearest.models, each))
             and _useful(bug, nearest, fault, each)
         ]
         fits = [fit(bug.measured, models, bug.predict, (fault,)) for models in others]
@@ -386,6 +397,12 @@ def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:
     acts = support(base, other)
     wrong = acts & (largest(np.abs(residual(measured.mean, base)) - base.tau) > 0)
     return float(wrong.sum()) >= LEAST_TOUCHED * float(acts.sum())
+
+
+def _nearer(bug: _Bug, start: Explanation, models: tuple[Model, ...]) -> bool:
+    """Whether ``models``, of which all but the last are those of ``start``, may leave less, as quick pictures tell."""
+    known = choices(models[:-1])
+    return nearer(bug.measured, models, start, bug.predict, bug.preview, known)[0]
 
 
 def _useful(bug: _Bug, start: Explanation, fault: Model, each: Model) -> bool:

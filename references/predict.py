@@ -6,7 +6,7 @@ import contextlib
 import hashlib
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ import numpy.typing as npt
 from notabug.references import _native
 from notabug.references.cache import cache_root, source_hash
 from notabug.references.models.model import Model
-from notabug.references.tracer.envelope import Envelope, Options, trace_envelope, trace_picture
+from notabug.references.tracer.envelope import Envelope, Options, trace_changes, trace_envelope, trace_picture
 from notabug.scenes_usd import triangulate
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
@@ -62,6 +62,34 @@ def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) 
         for values in (envelope.point, envelope.mean, envelope.lo, envelope.hi, envelope.variance):
             check_finite(values, scene)
     return envelope
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Near:
+    """An envelope that was traced near the changes of another one, and ``way``: a hash of all that it follows from."""
+
+    envelope: Envelope
+    way: str
+
+
+def predict_near(scene: Scene, models: Iterable[Model], known: Near, also: npt.NDArray[np.bool_] | None = None) -> Near:
+    """The envelope of ``scene`` under ``models``, as far as it differs from one that is ``known`` of the scene.
+
+    It is what ``predict`` gives at the pixels ``also`` (h, w) and wherever a centre of a pixel nearby shows what
+    differs: see trace_changes. The way of the scene's reference is "".
+    """
+    configured_scene, options = configured(scene, models)
+    way = known.way or _path(*configured(scene, ()), "envelopes").stem
+    if also is not None:
+        way += hashlib.blake2b(also.tobytes(), digest_size=16).hexdigest()
+    path = _path(configured_scene, options, "envelopes", way)
+    try:
+        return Near(_stored(path), path.stem)
+    except (OSError, ValueError, EOFError):
+        _forget(path)
+    envelope = _stored_form(trace_changes(configured_scene, options, known.envelope, also))
+    _keep(path, list(envelope.arrays().values()))
+    return Near(envelope, path.stem)
 
 
 def _predicted(scene: Scene, options: Options, *, cached: bool) -> Envelope:
@@ -112,9 +140,14 @@ def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float3
         return _stored_picture(path)
     except (OSError, ValueError, EOFError):
         _forget(path)
-    picture = _single(trace_picture(configured_scene, options, threads=1))
+    picture = _single(trace_picture(configured_scene, options))
     _keep(path, [picture])
     return picture
+
+
+def preview_at(scene: Scene, models: Iterable[Model], at: npt.NDArray[np.intp]) -> npt.NDArray[np.float32]:
+    """The pixels (n, 3) of ``preview`` numbered ``at`` (n,); they are not kept, as few of them take less to draw."""
+    return _single(trace_picture(*configured(scene, models), at=at).reshape(-1, 3)[at])
 
 
 @lru_cache(maxsize=32)
@@ -125,9 +158,9 @@ def _stored_picture(path: Path) -> npt.NDArray[np.float32]:
     return picture
 
 
-def _path(scene: Scene, options: Options, kind: str) -> Path:
+def _path(scene: Scene, options: Options, kind: str, base: str = "") -> Path:
     key = hashlib.blake2b(digest_size=16)
-    for part in (scene.digest(), repr(options), SOURCE_HASH, np.__version__):
+    for part in (scene.digest(), repr(options), SOURCE_HASH, np.__version__, base):
         key.update(part.encode())
     return cache_root() / kind / f"{key.hexdigest()}.npy"
 

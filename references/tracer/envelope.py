@@ -17,6 +17,9 @@ Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 SEEN = (1 << 40) - 1  # the bits of an id that say what is seen
+GRID, REFINE = 4, 8  # subsamples along each side of a pixel, and of one whose footprint is mixed
+AROUND = 4  # pixels: a filter's radius and what falls between the centres of pixels
+SAME = 1e-6  # relative difference of two colours that rounding makes: ten units in the last place of float32
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,8 +206,8 @@ def trace_envelope(
     scene: Scene,
     options: Options = Options(),
     *,
-    grid: int = 4,
-    refine: int = 8,
+    grid: int = GRID,
+    refine: int = REFINE,
     dtype: npt.DTypeLike = np.float64,
     threads: int = 0,
 ) -> Envelope:
@@ -214,16 +217,61 @@ def trace_envelope(
     a neighbour, a lattice of ``refine`` x ``refine`` (0: no refinement).
     """
     flat = flatten(scene, dtype)
-    every = np.arange(scene.width * scene.height)
-    centre, fine = _Buffers(scene.height, scene.width), _Buffers(scene.height, scene.width)
-    _pass(flat, scene, options, every, centre, grid=1, threads=threads)
-    _pass(flat, scene, options, every, fine, grid=grid, threads=threads)
+    centre = _Buffers(scene.height, scene.width)
+    _pass(flat, scene, options, np.arange(scene.width * scene.height), centre, grid=1, threads=threads)
+    everywhere = np.ones(centre.ids.shape, np.bool_)
+    return _footprints(flat, scene, options, centre, everywhere, grid=grid, refine=refine, threads=threads)
+
+
+def trace_changes(scene: Scene, options: Options, base: Envelope, also: Bools | None = None) -> Envelope:
+    """The envelope of ``scene`` where the centre of a pixel within AROUND differs from that of ``base``; else ``base``.
+
+    What is traced is to the last bit what ``trace_envelope`` gives. What a change of the scene does only between the
+    centres of pixels, farther than AROUND from any centre that it changes, is seen only at the pixels ``also`` (h, w).
+    """
+    flat = flatten(scene)
+    centre = _Buffers(scene.height, scene.width)
+    _pass(flat, scene, options, np.arange(scene.width * scene.height), centre, grid=1)
+    alike = np.abs(centre.mean - base.point) <= SAME * np.abs(centre.mean)  # never true of what is not finite
+    changed = ~alike.all(axis=2) | (centre.ids != base.ids) | (centre.spared != base.spared_point)
+    at = _around(changed, AROUND)
+    if also is not None:
+        at |= also
+    made = _footprints(flat, scene, options, centre, at, grid=GRID, refine=REFINE)
+    known = base.arrays()
+    return Envelope(
+        **{
+            name: np.where(at if new.ndim == 2 else at[..., None], new, known[name])
+            for name, new in made.arrays().items()
+        }
+    )
+
+
+def _around(mask: Bools, reach: int) -> Bools:
+    """``mask`` (h, w) and what is within ``reach`` pixels of it, along and across."""
+    for axis in (0, 1):
+        wide = mask
+        for away in range(1, reach + 1):
+            first, last = (slice(None),) * axis + (slice(away, None),), (slice(None),) * axis + (slice(None, -away),)
+            wide = wide.copy()
+            wide[first] |= mask[last]
+            wide[last] |= mask[first]
+        mask = wide
+    return mask
+
+
+def _footprints(
+    flat: Flat, scene: Scene, options: Options, centre: _Buffers, at: Bools, *, grid: int, refine: int, threads: int = 0
+) -> Envelope:
+    """The envelope of the pixels ``at`` (h, w), whose ``centre``s are traced already; elsewhere it says nothing."""
+    fine = _Buffers(scene.height, scene.width)
+    _pass(flat, scene, options, np.flatnonzero(at), fine, grid=grid, threads=threads)
     if refine > grid:
         _pass(
             flat,
             scene,
             options,
-            np.flatnonzero(((fine.mixed > 0) | changes(centre.ids)).ravel()),
+            np.flatnonzero(at & ((fine.mixed > 0) | changes(centre.ids))),
             fine,
             grid=-lattice(refine * refine),
             samples=refine * refine,
@@ -251,10 +299,14 @@ def trace_picture(
     seed: int = 0,
     dtype: npt.DTypeLike = np.float64,
     threads: int = 0,
+    at: npt.NDArray[np.intp] | None = None,
 ) -> Floats:
-    """A picture (h, w, 3) as a renderer draws it: pixel centres for one sample, else box-filtered random ones."""
+    """A picture (h, w, 3) as a renderer draws it: pixel centres for one sample, else box-filtered random ones.
+
+    Only the pixels numbered ``at`` (n,) are drawn where they are given, and the others left black.
+    """
     into = _Buffers(scene.height, scene.width)
-    every = np.arange(scene.width * scene.height)
+    every = np.arange(scene.width * scene.height) if at is None else at
     grid = 1 if samples == 1 else 0
     _pass(flatten(scene, dtype), scene, options, every, into, grid=grid, samples=samples, seed=seed, threads=threads)
     return into.mean

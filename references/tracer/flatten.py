@@ -5,6 +5,7 @@ What a scene lacks is None.
 
 from __future__ import annotations
 
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy.typing as npt
 
 from notabug.references.tracer import bvh
 from notabug.scenes_usd.faces import patches, shapes
-from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.scene import Mesh, Object, Scene
 from notabug.scenes_usd.triangulate import Triangles, triangulate
 
 Array = npt.NDArray[Any]
@@ -94,20 +95,37 @@ def sagitta(points: npt.NDArray[np.float64], normals: npt.NDArray[np.float64]) -
     return np.asarray(2.0 * (chord * turn).max(axis=1) / 8.0)
 
 
-def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
-    """The arrays of ``scene`` in ``dtype`` (float32 or float64); the hierarchy is built in float64 either way."""
+class _Geometry(NamedTuple):
+    """What of a Flat follows from the meshes alone; ``reach`` is the farthest coordinate."""
+
+    bounds: Array
+    child: Array
+    size: Array
+    points: Array
+    face: Array
+    object: Array
+    corner: Array
+    sagitta: Array
+    normal: Array
+    uv: Array
+    quads: Quads | None
+    reach: float
+
+
+@lru_cache(maxsize=2)  # most models edit no mesh; more would hold much memory where meshes are large
+def _geometry(objects: tuple[Object, ...], dtype: np.dtype[Any]) -> _Geometry:
     parts: list[Triangles] = []
-    objects, faces, corners, depths = [], [], [], []
+    owners, faces, corners, depths = [], [], [], []
     normals, uvs = [np.zeros((0, 3))], [np.zeros((0, 2))]
     quads: list[tuple[npt.NDArray[np.float64], int, int]] = []  # points (4, 3), first corner, face
     face_base = corner_base = 0
-    for index, each in enumerate(scene.objects):
+    for index, each in enumerate(objects):
         if not isinstance(each, Mesh):
             continue
         cut = _with_area(triangulate(each), dtype)
         flat_faces = _flat_faces(each, cut)
         parts.append(cut)
-        objects.append(np.full(len(cut.face), index))
+        owners.append(np.full(len(cut.face), index))
         faces.append(flat_faces + face_base)
         corners.append(cut.corner + corner_base)
         total = len(each.corners)
@@ -130,36 +148,46 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
     bounds, child, count, order = bvh.build(points.reshape(-1, 9))
     face_of = _joined(faces, order, np.int32)
 
-    def real(array: Any) -> Array:
-        return np.ascontiguousarray(array, dtype)
-
+    real = partial(_real, dtype)
     lo, hi = bounds[:, :3], bounds[:, 3:]
-    if np.dtype(dtype) == np.float32:  # rounding must not shrink a box
+    if dtype == np.float32:  # rounding must not shrink a box
         lo = np.nextafter(lo.astype(np.float32), np.float32(-np.inf))
         hi = np.nextafter(hi.astype(np.float32), np.float32(np.inf))
-    materials = scene.materials
-    reach = [np.abs(points).max(initial=0.0)] + [
-        np.abs(each.to_world[:3]).sum() * each.radius for each in scene.spheres
-    ]
-    reach += [np.abs(each.to_world[3, :3]).max() for each in scene.spheres]
-    return Flat(
+    return _Geometry(
         bounds=real(np.hstack([lo, hi])),
         child=child,
         size=count,
         points=real(points.reshape(-1, 9)[order]),
         face=face_of,
-        object=_joined(objects, order, np.int32),
+        object=_joined(owners, order, np.int32),
         corner=_joined(corners, order, np.int32).reshape(-1, 3),
         sagitta=real(np.concatenate(depths)[order] if depths else []),
         normal=real(np.concatenate(normals)),
         uv=real(np.concatenate(uvs)),
+        quads=_quads(quads, face_of, real),
+        reach=float(np.abs(points).max(initial=0.0)),
+    )
+
+
+def _real(dtype: np.dtype[Any], array: Any) -> Array:
+    return np.ascontiguousarray(array, dtype)
+
+
+def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
+    """The arrays of ``scene`` in ``dtype`` (float32 or float64); the hierarchy is built in float64 either way."""
+    geometry = _geometry(scene.objects, np.dtype(dtype))._asdict()
+    real = partial(_real, np.dtype(dtype))
+    materials = scene.materials
+    reach = [geometry.pop("reach")] + [np.abs(each.to_world[:3]).sum() * each.radius for each in scene.spheres]
+    reach += [np.abs(each.to_world[3, :3]).max() for each in scene.spheres]
+    return Flat(
+        **geometry,
         material=np.array([each.material for each in scene.objects], np.int32),
         diffuse=real([each.diffuse for each in materials]).reshape(-1, 3),
         texture=np.array([each.texture for each in materials], np.int32),
         light=real([_light(each) for each in scene.lights]).reshape(-1, 7),
         camera=real(_camera(scene)),
         radius=np.dtype(dtype).type(max(reach)),
-        quads=_quads(quads, face_of, real),
         textures=_textures(scene, real),
         spheres=_spheres(scene, real),
         lobes=_lobes(scene, real),
