@@ -489,9 +489,7 @@ def _beside(
 def _promises(measured: Measured, start: Explanation, model: Model, predict: Predict, preview: Preview) -> bool:
     """Whether quick pictures say that ``model`` beside those of ``start`` changes what is wrong, and for the better."""
     beside = choices(start.models)
-    return (
-        nears(start, model, preview, beside) and nearer(measured, (*start.models, model), start, predict, preview)[0]
-    )
+    return nears(start, model, preview, beside) and nearer(measured, (*start.models, model), start, predict, preview)[0]
 
 
 def _taken_for_granted(found: Explanation) -> tuple[float, int]:
@@ -562,7 +560,7 @@ def nearer(
     before, after = float(was[:count].sum()), float(left[:count].sum())
     may = after < (NEARER if wrong.any() else 1.0) * before or before == 0.0
     had_rest, rest = (float(each[count:].sum()) * np.count_nonzero(smooth) / around.size for each in (was, left))
-    return may and rest <= FARTHER * max(had_rest, best.significance.excess), rest
+    return bool(may and rest <= FARTHER * max(had_rest, best.significance.excess)), rest
 
 
 def _spread(places: Places) -> Places:

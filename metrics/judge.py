@@ -24,6 +24,7 @@ from notabug.metrics.nuisance import untold_gain
 from notabug.metrics.predictions import Predictions
 from notabug.metrics.valid import LARGEST, box, finite, invalid
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
+from notabug.references.models.camera import shift_message
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
 from notabug.references.tracer.envelope import Envelope
@@ -159,7 +160,7 @@ def _global_name(found: Explanation) -> Name | None:
         moved = f"edges move by up to {found.nuisance.warp:.2f} pixels against the middle"
         return Name("field_of_view", f"{moved}: the field of view, the aspect or the roll is wrong", 0.0)
     x, y = found.nuisance.shift
-    return Name("pixel_shift", f"the picture is shifted by ({x + 0.0:+.2f}, {y + 0.0:+.2f}) pixels (right, down)", 0.0)
+    return Name("pixel_shift", shift_message(x, y), 0.0)
 
 
 def _bug(name: Name, found: Explanation) -> Finding:

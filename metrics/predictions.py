@@ -54,7 +54,7 @@ class Predictions:
         self._scene, self._reference = scene, reference
         self._bare = Near(bare, "")
         peak = float(reference.value.max(initial=0.0))
-        self._to_admissible = lambda envelope: admissible(envelope, declaration, tolerance, peak, leeway)
+        self._slack = (declaration, tolerance, peak, leeway)
         self._pictures: _Recent[Floats] = _Recent(MOST_PICTURES)
         self._glimpses: _Recent[Floats] = _Recent(MOST_PICTURES // 4)
         self._still = preview(scene)
@@ -91,7 +91,7 @@ class Predictions:
         return self._glimpses.get((*key, (places,)), lambda: self._glimpse(chosen, at))
 
     def _admitted(self, envelope: Envelope) -> Admissible:
-        return self._to_admissible(envelope) if reckonable(envelope) else self._reference
+        return admissible(envelope, *self._slack) if reckonable(envelope) else self._reference
 
     def _envelope(self, chosen: Models) -> Envelope:
         return self._envelopes.get(_key(chosen), lambda: self._near(chosen)).envelope

@@ -74,7 +74,8 @@ def pixel_shift(scene_width: int, scene_height: int, right: float, down: float) 
 
 def shift_message(right: float, down: float) -> str:
     """What a shift of the whole picture by pixels means in words."""
-    said = f"the picture is shifted by ({right:+.2f}, {down:+.2f}) pixels (right, down)"
+    x, y = (round(each, 2) + 0.0 for each in (right, down))  # no negative zeros
+    said = f"the picture is shifted by ({x:+.2f}, {y:+.2f}) pixels (right, down)"
     if any(on_half(each) and abs(each) > HALF_SLACK for each in (right, down)) and all(map(on_half, (right, down))):
         return f"{said}: rays through pixel corners, not centres"
     return said

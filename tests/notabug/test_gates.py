@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from notabug.bench.verdict.gates import Floats, Gate, Pair, eight_bit, gates
-from notabug.judging import decode_srgb
+from notabug.scenes_usd.picture import decode_srgb
 
 GATES = {each.name: each for each in gates()}
 SIDE = 64

@@ -12,7 +12,7 @@ import pytest
 
 from notabug.adapters.base import Declaration
 from notabug.judging import declare
-from notabug.metrics.significance import BUDGET
+from notabug.metrics.excused import BUDGET
 from notabug.outcome import judge_pictures
 from notabug.references.predict import predict
 from notabug.scenes_usd.picture import Picture, encode_srgb, read_picture, write_coded, write_exr
