@@ -18,10 +18,11 @@ from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import ABSOLUTE, LSB, MISSED, RELATIVE, Admissible, residual
 from notabug.metrics.channels import largest, pixels, spread
 from notabug.metrics.excused import excused
-from notabug.metrics.explain import Explanation, Predict, support
+from notabug.metrics.explain import Explanation, support
 from notabug.metrics.neighbours import widened
 from notabug.metrics.noise import TILE, Measured, tiles
 from notabug.metrics.nuisance import some
+from notabug.metrics.quick import Predict
 from notabug.references.models.model import Model
 from notabug.scenes_usd.scene import Scene
 

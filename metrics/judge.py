@@ -17,7 +17,8 @@ from notabug.metrics.channels import pixels, put
 from notabug.metrics.explain import Explanation, admitted, beside_faults, explain
 from notabug.metrics.hesitation import hesitation
 from notabug.metrics.leeway import leeway
-from notabug.metrics.naming import UNNAMED, Name, Others, name_bug, possible
+from notabug.metrics.names import UNNAMED, Name
+from notabug.metrics.naming import Others, name_bug, possible
 from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import TILE, Measured, measure
 from notabug.metrics.nuisance import untold_gain

@@ -7,8 +7,8 @@ likeliest are then fitted in full, those that come in all strengths at the stren
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -27,101 +27,32 @@ from notabug.metrics.causes import (
     without_border,
 )
 from notabug.metrics.channels import largest, pixels, total
-from notabug.metrics.explain import (
-    LARGEST_SET,
-    LEAST_TOUCHED,
-    Explanation,
-    Predict,
-    Preview,
-    choices,
-    explain,
-    fit,
-    guessed,
-    nearer,
-    nears,
-    support,
-)
+from notabug.metrics.explain import LARGEST_SET, LEAST_TOUCHED, Explanation, explain, fit, support
+from notabug.metrics.likely import CLIP, changed_by, likely, refined, worth
+from notabug.metrics.names import EXACT, NOTHING, UNNAMED, Name, best_of
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import nuisance
+from notabug.metrics.quick import Places, Predict, Preview, choices, guessed, nearer, nears
 from notabug.metrics.significance import Significance, significance
 from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
-Places = npt.NDArray[np.intp]
 
-STEPS = (4, 1)  # pixels a block: a texture that has moved by more than a texel is found only where it is blurred
-REMAINS = 0.15  # a name may leave this much of the bug leg: right ones leave .08, a gamma in the place of an albedo .18
 SAME = 0.97  # correlation from which two pictures show the same scene
-NOTHING = 0.02  # what a name leaves where two renderers see different surfaces at an edge
 OTHER = 0.7  # and below which they do not
-LIKELY = 8  # faults that are fitted in full, where their quick pictures look alike
-ALIKE = 0.3  # correlation of the changes below which a fault is not tried
-LEAST_ALIKE, FEW = 0.1, 2  # and below which it is not even where fewer faults than FEW are more alike
-CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight would decide
 CHOICE, FREE = 0.05, 1.1  # what a local fault's misfit is raised by, for it may choose at each pixel, in noise too
 NEARLY = 0.03  # a strength that leaves this is good enough
 SHORTER = 0.9  # of the bug leg that a further limitation may leave, or it is not one more
 HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried beside limitations
-EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may leave which no fault need be tried after
-WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
-NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
-LADEN = 1.1  # of two names that leave nothing, by how much a limitation more must lower the misfit
 SHARPENED = 3  # vectors of a shift that are predicted in full, and one more
 ROUGHLY = 0.55  # pixels by which a shift may be mistaken where edges are aliased
-BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
 
-RARE = frozenset({"geometry_mirrored"})
-"""Faults that are tried after others that look alike: a mirrored floor shows what a flipped texture shows."""
 OF_RAYS = frozenset({"acne", "start", "epsilon", "shadow_rays", "retroreflection", "unreversed", "lost_reflection"})
 """Switches of faults that only a renderer can have that follows rays from one surface to the next."""
 
 Others = Callable[[], Iterable[tuple[str, Floats]]]
 """References of other scenes of the same size: (name, (h, w, 3))."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Name:
-    """What a bug is called, why, and the share of the bug leg that the name leaves (0: it explains everything).
-
-    ``fitted`` is the explanation by that fault and the limitations beside it, None where nothing is beside it. A name
-    for what is wrong with the ``whole`` picture is no model of a fault. ``glance`` is the misfit of quick pictures.
-    ``numbers`` are those of the verdict that the name knows better than a fit of the whole picture: a shift, a gain.
-    ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
-    fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
-    One that may show ``anything`` is told where no other is left.
-    """
-
-    name: str
-    message: str
-    remains: float
-    misfit: float = math.inf
-    fitted: Explanation | None = None
-    freedom: float = 0.0
-    anything: bool = False
-    whole: bool = False
-    glance: float = math.inf
-    numbers: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def laden(self) -> int:
-        """How many limitations and conventions are needed beside the name."""
-        return 0 if self.fitted is None else sum(bool(each.any()) for each in self.fitted.alphas.values())
-
-    def over(self, exact: float) -> bool:
-        """Whether it leaves no bug leg, and no more misfit than ``exact``."""
-        return self.remains == 0.0 and self.misfit < exact
-
-    def hope(self, exact: float) -> float:
-        """From which ``glance`` on no other fault need be fitted after this one."""
-        if self.remains > NOTHING or self.anything:
-            return math.inf
-        if self.laden:  # another one that looks alike may need no limitation
-            return self.glance * WORSE + EXACT
-        return self.glance * (1.0 if self.over(exact) else WORSE)
-
-
-UNNAMED = Name("unexplained", "no model of a fault leaves this picture", 1.0)
 
 
 def name_bug(
@@ -135,16 +66,16 @@ def name_bug(
 ) -> Name:
     """Name the bug in ``measured``, of which ``found`` is the best explanation by ``limitations`` alone."""
     reference = predict(())
-    bug = _Bug(measured, found, limitations, predict, preview, _scale(measured, reference))
+    bug = _Bug(measured, found, limitations, predict, preview, worth(measured, reference))
     exact = EXACT * min(1.0, bug.misfit(found.target))  # what leaves less leaves nothing for another to explain
-    best = _best(None, _whole(bug), exact, noisy=measured.noisy)
+    best = best_of(None, _whole(bug), exact, noisy=measured.noisy)
     if best is None or not best.over(exact):
-        best = _best(best, _moved_rays(bug), exact, noisy=measured.noisy)
+        best = best_of(best, _moved_rays(bug), exact, noisy=measured.noisy)
     for fault in () if best and best.over(exact) else likely(measured, found, faults, predict, preview):
         glance = bug.likeness(fault)
         if best is None or glance < best.hope(exact):
             names = (replace(each, glance=glance) for each in _fitted(bug, fault))
-            best = _best(best, names, exact, noisy=measured.noisy)
+            best = best_of(best, names, exact, noisy=measured.noisy)
     if best is not None:
         return _of_two(bug, best, faults)
     if _alike(measured.mean, reference.value) < OTHER:
@@ -204,37 +135,6 @@ class _Bug:
         """``glance`` of what the quick pictures say that ``fault`` makes of the reference or of ``found``."""
         places = dict.fromkeys(((), choices(self.found.models)))
         return min(self.glance(guessed((fault,), self.predict, self.preview, beside)) for beside in places)
-
-
-def _best(best: Name | None, names: Iterable[Name], exact: float, *, noisy: bool) -> Name | None:
-    """The best of ``names`` and the ``best`` so far; those after one that leaves ``exact``ly nothing are not tried."""
-    for each in names:
-        if each.remains < REMAINS and (best is None or _better(each, best, noisy=noisy)):
-            best = each
-            if best.over(exact):
-                break
-    return best
-
-
-def _better(each: Name, best: Name, *, noisy: bool) -> bool:
-    if each.anything != best.anything:  # what may show anything always fits: whatever else leaves nothing says more
-        fixed = best if each.anything else each
-        return (fixed is each) == (fixed.remains <= NOTHING)
-    if "pixel_shift" in (each.name, best.name) and (each.freedom or best.freedom):
-        # two numbers for the whole picture excuse less than a choice at every pixel
-        shift, free = (each, best) if best.freedom else (best, each)
-        return (shift is each) == (shift.remains <= max(free.remains, NOTHING))
-    if noisy and bool(each.freedom) != bool(best.freedom):  # nor is there anything to choose where only noise is left
-        fixed = best if each.freedom else each
-        if fixed.remains <= NOTHING and fixed.misfit < NOISE:
-            return fixed is each
-    if each.freedom and best.freedom:
-        return (max(each.remains, NOTHING), each.freedom) < (max(best.remains, NOTHING), best.freedom)
-    if each.laden != best.laden and max(each.remains, best.remains) <= NOTHING:
-        # a misfit below EXACT leaves nothing to be explained: there the fewest limitations decide
-        burden = LADEN ** (each.laden - best.laden)
-        return max(each.misfit, EXACT) * burden < BETTER * max(best.misfit, EXACT)
-    return each.misfit < BETTER * best.misfit
 
 
 def _whole(bug: _Bug) -> Iterator[Name]:
@@ -333,7 +233,7 @@ def _fitted(bug: _Bug, fault: Model) -> Iterator[Name]:
     yield _named(bug, fault, bare)
     closer = fault
     if fault.at is not None and NEARLY < _remains(bug, bare) < HOPE:  # quick pictures gave a rough strength
-        closer = _refined(fault, changed_by(measured, predict(())), predict, bug.scale)
+        closer = refined(fault, changed_by(measured, predict(())), predict, bug.scale)
     if bare.significance.excess > 0:
         beside = [
             (each,) for each in bug.limitations if _nearer(bug, bare, (fault, each)) and _useful(bug, bare, fault, each)
@@ -412,132 +312,6 @@ def _useful(bug: _Bug, start: Explanation, fault: Model, each: Model) -> bool:
     return nears(start, each, bug.preview, beside) and bool(
         (support(bug.predict(choices(beside)), bug.predict((*choices(beside), each))) & wrong).any()
     )
-
-
-def likely(
-    measured: Measured, found: Explanation, faults: Sequence[Model], predict: Predict, preview: Preview
-) -> Iterator[Model]:
-    """The faults whose change of the picture is most like the measured one, likeliest first, at fitting strengths."""
-    reference = predict(())
-    # of edges only what is wrong counts: there quick pictures of the right scene differ from the mean as well
-    at = (~reference.edge | found.significance.pixels)[..., None]
-    at = at if at.sum() > 256 else np.ones_like(at)
-    scale = _scale(measured, reference)
-    # what the picture changes on the reference, and on the choices of a renderer that explain most of it
-    starts: list[tuple[tuple[Model, ...], Floats]] = [((), measured.mean - reference.value)]
-    beside = choices(found.models)
-    if found.models:
-        starts.append((beside, measured.mean - found.target.value))
-
-    def compared(change: Floats, other: Floats, local: bool, step: int) -> float:
-        a, b = (coarse(np.clip(each / scale, -CLIP, CLIP) * at, step) for each in (change, other))
-        if local:
-            b = b * (largest(np.abs(a)) > 1.0)[..., None]
-        product = float(np.linalg.norm(a) * np.linalg.norm(b))
-        return abs(float((a * b).sum())) / product if product > 0 else 0.0
-
-    def covered(change: Floats, other: Floats) -> float:
-        a = (np.clip(change / scale, -CLIP, CLIP) * at) ** 2
-        return float(a[other != 0].sum() / max(float(a.sum()), 1e-30))
-
-    def scored(fault: Model, change: Floats, own: Floats) -> float:
-        local = fault.local or fault.rule != "choice"
-        score = max(compared(change, own, local, step) for step in STEPS)
-        # under "any" what it shows may be anything, where it acts
-        return max(score, covered(change, own)) if fault.rule == "any" else score
-
-    ranked = []
-    wrong = found.significance.pixels
-    placed = (each if each.placed is None else each.placed(wrong) for each in faults)
-    for index, fault in enumerate(each for each in placed if each is not None):
-        tried = [
-            (scored(fault, change, preview((*base, fault)) - preview(base)), -place, base, change)
-            for place, (base, change) in enumerate(starts)
-        ]
-        score, _, base, change = max(tried, key=lambda each: each[:2])
-        if score > LEAST_ALIKE:
-            ranked.append((-score, fault.name in RARE, index, fault, base, change))
-    ranked.sort(key=lambda each: (round(each[0], 2), *each[1:3]))
-    alike = sum(-each[0] > ALIKE for each in ranked)
-    for _, _, _, fault, base, change in ranked[: min(LIKELY, max(alike, FEW))]:
-        if fault.at is None:
-            yield fault
-            continue
-        best, strength = fault, fault.strength
-        own = preview((*base, fault)) - preview(base)
-        for step in (*STEPS, 1):
-            size = _size(change * at, own * at, scale, step)
-            if size is None:
-                break
-            strength = _sane(fault.neutral + (strength - fault.neutral) * size, fault)
-            best = replace(fault.at(strength), at=fault.at, strength=strength, neutral=fault.neutral)
-            own = preview((*base, best)) - preview(base)
-        yield best
-        if best.strength != fault.strength:  # a limitation beside the fault can mislead the fit
-            yield replace(fault, at=None)
-
-
-def coarse(values: Floats, step: int) -> Floats:
-    """Means of ``values`` (h, w, c) over blocks of ``step`` x ``step`` pixels; what fills no block is left out."""
-    if step == 1:
-        return values
-    h, w, c = (each // step * step for each in (*values.shape[:2], step * values.shape[2]))
-    return np.asarray(values[:h, :w].reshape(h // step, step, w // step, step, c // step).mean(axis=(1, 3)))
-
-
-def changed_by(measured: Measured, reference: Admissible) -> Floats:
-    """What the picture changes on the reference, off its edges (h, w, 3)."""
-    return np.asarray((measured.mean - reference.value) * ~reference.edge[..., None])
-
-
-def _size(change: Floats, own: Floats, scale: Floats, step: int = 1) -> float | None:
-    """The factor by which ``own`` fits ``change`` best, by Huber's regression in which large changes weigh less.
-
-    What a limitation changes in a corner of the picture has no say in it.
-    """
-    weight = 1.0 / np.maximum(scale, np.abs(change) / CLIP)
-    a, b = coarse(change * weight, step), coarse(own * weight, step)
-    acts = b != 0
-    a, b = a[acts], b[acts]
-    if not b.size:
-        return None
-    trust, factor = np.ones_like(b), 1.0
-    for _ in range(4):
-        factor = float((trust * a * b).sum() / (trust * b * b).sum())
-        off = np.abs(a - factor * b)
-        trust = np.minimum(1.0, 1.345 * 1.4826 * float(np.median(off)) / np.maximum(off, 1e-12))
-        if not trust.any():  # most of it fits to the last bit
-            break
-    return factor
-
-
-def _refined(fault: Model, change: Floats, predict: Predict, scale: Floats) -> Model:
-    """``fault`` at the strength at which the full prediction has the size of ``change``, by one step of a secant."""
-    assert fault.at is not None
-    reference = predict(())
-    own = (predict((fault,)).value - reference.value) * ~reference.edge[..., None]
-    size = _size(change, own, scale)
-    if size is None:
-        return fault
-    off = (fault.strength - fault.neutral) * size
-    return replace(fault.at(_sane(fault.neutral + off, fault)), strength=fault.neutral + off)
-
-
-def _sane(strength: float, fault: Model) -> float:
-    """``strength`` to three digits of its distance from neutral, and within what a fault can be."""
-    off = strength - fault.neutral
-    if fault.neutral:
-        off = min(max(off, -0.9), 9.0)
-    size = 20 * abs(fault.strength - fault.neutral)
-    off = min(max(off, -size), size)
-    if off == 0.0:
-        off = 0.01 * (fault.strength - fault.neutral)
-    return fault.neutral + float(f"{off:.3g}")
-
-
-def _scale(measured: Measured, to: Admissible) -> Floats:
-    """What a residual is worth (h, w, 3): a quarter of the tolerance, and the noise."""
-    return np.sqrt(np.asarray((to.tau / 4.0) ** 2 + measured.variance))
 
 
 def _alike(a: Floats, b: Floats) -> float:

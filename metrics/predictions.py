@@ -11,6 +11,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import fields, is_dataclass
+from functools import partial
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -54,7 +55,7 @@ class Predictions:
         self._scene, self._reference = scene, reference
         self._bare = Near(bare, "")
         peak = float(reference.value.max(initial=0.0))
-        self._slack = (declaration, tolerance, peak, leeway)
+        self._admits = partial(admissible, declaration=declaration, tolerance=tolerance, peak=peak, leeway=leeway)
         self._pictures: _Recent[Floats] = _Recent(MOST_PICTURES)
         self._glimpses: _Recent[Floats] = _Recent(MOST_PICTURES // 4)
         self._still = preview(scene)
@@ -91,7 +92,7 @@ class Predictions:
         return self._glimpses.get((*key, (places,)), lambda: self._glimpse(chosen, at))
 
     def _admitted(self, envelope: Envelope) -> Admissible:
-        return admissible(envelope, *self._slack) if reckonable(envelope) else self._reference
+        return self._admits(envelope) if reckonable(envelope) else self._reference
 
     def _envelope(self, chosen: Models) -> Envelope:
         return self._envelopes.get(_key(chosen), lambda: self._near(chosen)).envelope

@@ -14,7 +14,7 @@ import pytest
 from notabug.adapters.base import Declaration
 from notabug.metrics.judge import judge
 from notabug.metrics.verdict import Verdict
-from notabug.references.predict import predict
+from notabug.references.predict import Near, predict
 from notabug.references.tracer.envelope import Envelope, Options, trace_picture
 from notabug.scenes_usd.scene import Camera, Card, Light, Scene
 
@@ -43,7 +43,9 @@ def _envelope(width: float, value: float = 0.5) -> Envelope:
 def _judge(picture: Floats, envelope: Envelope, declaration: Declaration, scene: Scene | None = None) -> Verdict:
     with (
         mock.patch("notabug.metrics.judge.predict", return_value=envelope),
-        mock.patch("notabug.metrics.judge.preview", return_value=envelope.point),
+        mock.patch("notabug.metrics.predictions.predict_near", return_value=Near(envelope, "")),
+        mock.patch("notabug.metrics.predictions.preview", return_value=envelope.point),
+        mock.patch("notabug.metrics.predictions.preview_at", lambda _, chosen, at: envelope.point.reshape(-1, 3)[at]),
     ):
         return judge([picture], scene or _scene(), declaration, perceive=False).verdict
 

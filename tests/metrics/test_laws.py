@@ -24,6 +24,7 @@ from notabug.metrics.perceive import delta_itp
 from notabug.metrics.valid import invalid
 from notabug.metrics.verdict import Leg, Verdict
 from notabug.references.models.model import Model
+from notabug.references.predict import Near
 from notabug.references.tracer.envelope import Envelope
 from notabug.scenes_usd.scene import Camera, Card, Scene
 
@@ -225,7 +226,9 @@ def test_a_limitation_is_named_through_noise_that_may_hide_a_bug() -> None:
     limited = Model("acne", "limitation", "no light there", "nowhere", options={"epsilon": 0.0})
     with (
         mock.patch("notabug.metrics.judge.models", return_value=[limited]),
-        mock.patch("notabug.metrics.judge.preview", side_effect=lambda _, chosen: dark if chosen else truth),
+        mock.patch("notabug.metrics.predictions.preview", lambda _, chosen=(): dark if chosen else truth),
+        mock.patch("notabug.metrics.predictions.predict_near", return_value=Near(_envelope(dark), "")),
+        mock.patch("notabug.metrics.predictions.preview_at", lambda _, chosen, at: dark.reshape(-1, 3)[at]),
         mock.patch("notabug.metrics.judge.predict", side_effect=lambda _, chosen: _envelope(dark if chosen else truth)),
     ):
         noisy = [_noise(rng, dark, 0.5, 0.0) for _ in range(4)]

@@ -14,7 +14,8 @@ from notabug.metrics.admissible import Admissible, admissible
 from notabug.metrics.causes import decoded, encoded
 from notabug.metrics.explain import fit
 from notabug.metrics.judge import judge
-from notabug.metrics.naming import coarse, possible
+from notabug.metrics.likely import coarse
+from notabug.metrics.naming import possible
 from notabug.metrics.noise import measure
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.camera import pixel_shift

@@ -18,6 +18,7 @@ from notabug.metrics.noise import measure
 from notabug.metrics.valid import LARGEST, finite, invalid
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.model import Model
+from notabug.references.predict import Near
 from notabug.references.tracer.envelope import Envelope
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Camera, Card, Scene
@@ -68,7 +69,12 @@ def _judge(pictures: list[Floats], predictions: dict[str, Floats], kind: Any, ru
     with (
         mock.patch("notabug.metrics.judge.models", return_value=[model]),
         mock.patch("notabug.metrics.judge.predict", side_effect=predicted),
-        mock.patch("notabug.metrics.judge.preview", side_effect=lambda _, chosen: predicted(_, chosen).point),
+        mock.patch("notabug.metrics.predictions.predict_near", lambda _, chosen, *__: Near(predicted(_, chosen), "")),
+        mock.patch("notabug.metrics.predictions.preview", lambda _, chosen=(): predicted(_, chosen).point),
+        mock.patch(
+            "notabug.metrics.predictions.preview_at",
+            lambda _, chosen, at: predicted(_, chosen).point.reshape(-1, 3)[at],
+        ),
     ):
         return judge(pictures, SCENE, declaration, perceive=False).verdict
 

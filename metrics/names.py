@@ -1,0 +1,94 @@
+"""Names of a bug, and which of two is the better one: the one that leaves less and excuses less."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from notabug.metrics.explain import Explanation
+from notabug.metrics.likely import RARE
+
+REMAINS = 0.15  # a name may leave this much of the bug leg: right ones leave .08, a gamma in the place of an albedo .18
+NOTHING = 0.02  # what a name leaves where two renderers see different surfaces at an edge
+EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may leave which no fault need be tried after
+WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
+NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
+LADEN = 1.1  # of two names that leave nothing, by how much a limitation more must lower the misfit
+BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Name:
+    """What a bug is called, why, and the share of the bug leg that the name leaves (0: it explains everything).
+
+    ``fitted`` is the explanation by that fault and the limitations beside it, None where nothing is beside it. A name
+    for what is wrong with the ``whole`` picture is no model of a fault. ``glance`` is the misfit of quick pictures.
+    ``numbers`` are those of the verdict that the name knows better than a fit of the whole picture: a shift, a gain.
+    ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
+    fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
+    One that may show ``anything`` is told where no other is left.
+    """
+
+    name: str
+    message: str
+    remains: float
+    misfit: float = math.inf
+    fitted: Explanation | None = None
+    freedom: float = 0.0
+    anything: bool = False
+    whole: bool = False
+    glance: float = math.inf
+    numbers: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def laden(self) -> int:
+        """How many limitations and conventions are needed beside the name."""
+        return 0 if self.fitted is None else sum(bool(each.any()) for each in self.fitted.alphas.values())
+
+    def over(self, exact: float) -> bool:
+        """Whether it leaves no bug leg, and no more misfit than ``exact``."""
+        return self.remains == 0.0 and self.misfit < exact
+
+    def hope(self, exact: float) -> float:
+        """From which ``glance`` on no other fault need be fitted after this one."""
+        if self.remains > NOTHING or self.anything:
+            return math.inf
+        if self.laden:  # another one that looks alike may need no limitation
+            return self.glance * WORSE + EXACT
+        return self.glance * (1.0 if self.over(exact) else WORSE)
+
+
+UNNAMED = Name("unexplained", "no model of a fault leaves this picture", 1.0)
+
+
+def best_of(best: Name | None, names: Iterable[Name], exact: float, *, noisy: bool) -> Name | None:
+    """The best of ``names`` and the ``best`` so far; those after one that leaves ``exact``ly nothing are not tried."""
+    for each in names:
+        if each.remains < REMAINS and (best is None or better(each, best, noisy=noisy)):
+            best = each
+            if best.over(exact):
+                break
+    return best
+
+
+def better(each: Name, best: Name, *, noisy: bool) -> bool:
+    if each.anything != best.anything:  # what may show anything always fits: whatever else leaves nothing says more
+        fixed = best if each.anything else each
+        return (fixed is each) == (fixed.remains <= NOTHING)
+    if "pixel_shift" in (each.name, best.name) and (each.freedom or best.freedom):
+        # two numbers for the whole picture excuse less than a choice at every pixel
+        shift, free = (each, best) if best.freedom else (best, each)
+        return (shift is each) == (shift.remains <= max(free.remains, NOTHING))
+    if noisy and bool(each.freedom) != bool(best.freedom):  # nor is there anything to choose where only noise is left
+        fixed = best if each.freedom else each
+        if fixed.remains <= NOTHING and fixed.misfit < NOISE:
+            return fixed is each
+    if each.freedom and best.freedom:
+        keys = [(max(name.remains, NOTHING), name.name in RARE, name.freedom) for name in (each, best)]
+        return keys[0] < keys[1]
+    if each.laden != best.laden and max(each.remains, best.remains) <= NOTHING:
+        # a misfit below EXACT leaves nothing to be explained: there the fewest limitations decide
+        burden = LADEN ** (each.laden - best.laden)
+        return max(each.misfit, EXACT) * burden < BETTER * max(best.misfit, EXACT)
+    return each.misfit < BETTER * best.misfit

@@ -1,0 +1,114 @@
+"""What quick pictures tell of sets of models before they are predicted: which may help, and which cannot.
+
+A quick picture has one sample a pixel, at its centre. What it changes is what the mean changes, but for edges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.metrics.admissible import Admissible
+from notabug.metrics.channels import largest, pixels
+from notabug.metrics.neighbours import widened
+from notabug.metrics.noise import Measured
+from notabug.references.models.model import Model
+
+if TYPE_CHECKING:
+    from notabug.metrics.explain import Explanation
+
+Floats = npt.NDArray[np.floating]
+Places = npt.NDArray[np.intp]
+Predict = Callable[[tuple[Model, ...]], Admissible]
+"""What a set of models admits, for one scene and one renderer's declaration."""
+
+LEAST_TOLD = 0.5  # share of the wrong pixels that lie off edges, below which quick pictures tell nothing
+TOLD_BY = 2048  # pixels, evenly spread, that tell of larger sets: the error of a sum over them is 2 %
+NEARER = 0.95  # of what the best set leaves: a larger set whose quick picture leaves more is not predicted
+FARTHER = 2.0  # nor one whose quick picture makes so much more wrong than it was, in all the picture
+ACTS = 0.25  # tolerances by which a pixel's centre moves where a model that is no choice may act: it does beyond one
+SURELY = 2.0  # tolerances by which a pixel's centre moves where its mean surely does by one
+AROUND = 4  # pixels: a filter's radius and what falls between the centres of pixels
+
+
+class Preview(Protocol):
+    """Quick pictures of sets of models, for one scene."""
+
+    def __call__(self, chosen: tuple[Model, ...], at: Places | None = None, /) -> Floats:
+        """The picture (h, w, 3), by one sample a pixel; or its pixels numbered ``at`` (n,), (n, 3)."""
+
+
+def choices(models: Sequence[Model]) -> tuple[Model, ...]:
+    """Those of ``models`` that replace the reference."""
+    return tuple(each for each in models if each.rule == "choice")
+
+
+def guessed(models: tuple[Model, ...], predict: Predict, preview: Preview, beside: tuple[Model, ...] = ()) -> Floats:
+    """The picture (h, w, 3) of ``models`` on top of ``beside``, without predicting it; good off edges.
+
+    Quick pictures are of the centres of pixels: their difference is the mean's.
+    """
+    return np.asarray(predict(beside).value + (preview((*beside, *models)) - preview(beside)))
+
+
+def nearer(
+    measured: Measured,
+    models: tuple[Model, ...],
+    best: Explanation,
+    predict: Predict,
+    preview: Preview,
+    known: tuple[Model, ...] = (),
+) -> tuple[bool, float]:
+    """Whether ``models`` may leave less than ``best``, as a quick picture tells off edges, and what it leaves there.
+
+    What they change is added to the prediction of ``known``, choices among them. Quick pictures tell nothing where most
+    wrong pixels lie at edges, unless the picture itself is one. Of models that are no choices, which may show anything
+    between, nothing is left where they act.
+    """
+    start = predict(known)
+    smooth = ~(predict(()).edge | start.edge) | start.share_is_point
+    wrong = best.significance.pixels
+    if not smooth.any() or float((wrong & smooth).sum()) < LEAST_TOLD * float(wrong.sum()):
+        return True, 0.0
+    chosen = (*known, *(each for each in choices(models) if each not in known))
+    spots = wrong & smooth if wrong.any() else smooth  # else it is a gain, a shift, or what is faint and wide
+    told, around = (_spread(np.flatnonzero(each)) for each in (spots, smooth))
+    at = np.concatenate([told, around])
+    value, tau, mean, had = (pixels(each, at) for each in (start.value, start.tau, measured.mean, best.target.value))
+    quick = preview(chosen, at)
+    left, was = (
+        np.maximum(largest(np.abs(mean - each) - tau), 0.0) for each in (value + (quick - preview(known, at)), had)
+    )
+    for each in models:
+        if each.rule != "choice":
+            for other in each.values():
+                left[largest(np.abs(preview((*chosen, other), at) - quick) - ACTS * tau) > 0] = 0.0
+    count = told.size
+    before, after = float(was[:count].sum()), float(left[:count].sum())
+    may = after < (NEARER if wrong.any() else 1.0) * before or before == 0.0
+    had_rest, rest = (float(each[count:].sum()) * np.count_nonzero(smooth) / around.size for each in (was, left))
+    return bool(may and rest <= FARTHER * max(had_rest, best.significance.excess)), float(rest)
+
+
+def _spread(places: Places) -> Places:
+    """Some TOLD_BY of ``places`` (n,), evenly spread."""
+    return places[:: max(1, places.size // TOLD_BY)]
+
+
+def nears(start: Explanation, model: Model, preview: Preview, fixed: tuple[Model, ...] = ()) -> bool:
+    """Whether ``model`` changes, on top of ``fixed``, the centre of a pixel within AROUND of one to be explained."""
+    near = np.flatnonzero(widened(start.significance.pixels, AROUND))
+    base = pixels(preview(fixed), near)
+    return not near.size or any(
+        bool((pixels(preview((*fixed, value)), near) != base).any()) for value in model.values()
+    )
+
+
+def surely_helps(bare: Explanation, model: Model, preview: Preview) -> bool:
+    """Whether ``model`` moves the centre of a pixel that needs explaining, off edges, by more than the tolerance."""
+    at = np.flatnonzero(bare.significance.pixels & ~bare.target.edge)
+    start, tau = pixels(preview(()), at), SURELY * pixels(bare.target.tau, at)
+    return any(bool((np.abs(pixels(preview((value,)), at) - start) > tau).any()) for value in model.values())
