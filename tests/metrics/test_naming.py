@@ -283,7 +283,8 @@ def test_a_fault_of_parts_is_named(studio: Any, name: str, fault: str, *, sample
         draw = configured(scene, (each,))
         picture = trace_envelope(*draw, grid=4, refine=0).mean if sampled else trace_picture(*draw)
         found = judge([picture], scene, BOX if sampled else DECLARATION, perceive=False).verdict
-        assert (found.word, found.findings[0].name) == ("bug", fault), each.claim
+        told = fault if picture.any() else "black"  # lights from behind may light nothing that is seen
+        assert (found.word, found.findings[0].name) == ("bug", told), each.claim
 
 
 @pytest.mark.parametrize("name", TEXTURED)
