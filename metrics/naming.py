@@ -28,7 +28,7 @@ from notabug.metrics.causes import (
 )
 from notabug.metrics.channels import largest, total
 from notabug.metrics.explain import (
-    LARGEST_SET,
+    LARGEST_GROWN,
     LEAST_TOUCHED,
     Explanation,
     Predict,
@@ -351,7 +351,7 @@ def _grown(bug: _Bug, fault: Model, nearest: Explanation) -> Iterator[Name]:
 
     A renderer has all of its conventions and limitations at once, and a fault hides them from a search without it.
     """
-    while nearest.significance.excess > 0 and len(nearest.models) < LARGEST_SET:
+    while nearest.significance.excess > 0 and len(nearest.models) < LARGEST_GROWN:
         features = {each.when[0] for each in nearest.models if each.when}
         others = [
             (*nearest.models, each)
