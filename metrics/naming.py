@@ -27,7 +27,7 @@ from notabug.metrics.causes import (
     without_border,
 )
 from notabug.metrics.channels import largest, pixels, total
-from notabug.metrics.explain import LARGEST_SET, LEAST_TOUCHED, Explanation, explain, fit, support
+from notabug.metrics.explain import LARGEST_GROWN, LEAST_TOUCHED, Explanation, explain, fit, support
 from notabug.metrics.likely import CLIP, changed_by, likely, refined, worth
 from notabug.metrics.names import EXACT, NOTHING, UNNAMED, Name, best_of
 from notabug.metrics.noise import Measured
@@ -261,7 +261,7 @@ def _grown(bug: _Bug, fault: Model, nearest: Explanation) -> Iterator[Name]:
 
     A renderer has all of its conventions and limitations at once, and a fault hides them from a search without it.
     """
-    while nearest.significance.excess > 0 and len(nearest.models) < LARGEST_SET:
+    while nearest.significance.excess > 0 and len(nearest.models) < LARGEST_GROWN:
         features = {each.when[0] for each in nearest.models if each.when}
         others = [
             (*nearest.models, each)

@@ -68,13 +68,14 @@ def changed(pictures: list[Pixels], right: list[Pixels]) -> int:
 def expose_fault(job: Job, within: Path) -> list[Record]:
     """The record of the first fault that shows on the scene of ``job``; one that says so where none does."""
     what = traits(job.seed, job.index)
-    scene = drawn(job, within)
     about: Record = {"part": "faults", "seed": job.seed, "index": job.index, "traits": what.words()}
-    about |= {"size": [scene.width, scene.height], "renderer": job.renderers[0]}
+    about |= {"renderer": job.renderers[0]}
     who, quality = adapter(job.renderers[0]), QUALITIES[what.quality]
     tried: dict[str, Any] = {}
 
     def work() -> Record:
+        scene = drawn(job, within)
+        about["size"] = [scene.width, scene.height]
         right = pictures_by(who, scene, quality)
         for name in [job.fault] if job.fault else order(job.seed, job.index, who.name)[:TRIES]:
             fault = kinds(who.name)[name]
@@ -85,7 +86,7 @@ def expose_fault(job: Job, within: Path) -> list[Record]:
                 return _judged(pictures, scene, who, quality, job.naming)
         return {"word": "unsupported", "message": "none of the faults that were tried shows on this scene"}
 
-    made = guarded(work)
+    made = guarded(work)  # which also tells the picture's size
     return [{**about, **tried, "named": job.naming, **made}]
 
 

@@ -50,9 +50,19 @@ def order(seed: int, index: int, names: Iterable[str]) -> list[str]:
 
 def expose_limitation(job: Job, within: Path) -> list[Record]:
     """The records of one scene with the first limitation that shows: as declared, and as a file of unknown making."""
-    scene = drawn(job, within)
     about: Record = {"part": "limitations", "seed": job.seed, "index": job.index}
-    about |= {"traits": traits(job.seed, job.index).words(), "size": [scene.width, scene.height]}
+    about |= {"traits": traits(job.seed, job.index).words()}
+    read: list[Scene] = []
+
+    def reading() -> Record:
+        read.append(drawn(job, within))
+        return {}
+
+    failed = guarded(reading)
+    if not read:
+        return [{**about, "renderer": "reader", "limitation": "", "changed": 0, "shows": False, **failed}]
+    (scene,) = read
+    about |= {"size": [scene.width, scene.height]}
     found = choices(scene)
     if not found:
         return []

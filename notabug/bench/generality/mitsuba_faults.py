@@ -110,9 +110,12 @@ def _other_albedo(job: Job, _: Arrays) -> None:
 
 
 def _exchanged(job: Job, _: Arrays) -> None:
-    plain = [look for look in job["looks"].values() if look["texture"] < 0 and any(look["diffuse"])]
+    """The first two surfaces without a texture, which takes uv that the other has not."""
+    looks = job["looks"]
+    plain = [name for name, look in looks.items() if look["texture"] < 0 and any(look["diffuse"])]
     if len(plain) > 1:
-        plain[0]["diffuse"], plain[1]["diffuse"] = plain[1]["diffuse"], plain[0]["diffuse"]
+        first, second = plain[:2]
+        looks[first], looks[second] = looks[second], looks[first]
 
 
 def _object_lost(job: Job, _: Arrays) -> None:
@@ -178,7 +181,7 @@ MITSUBA_FAULTS: Mapping[str, JobFault] = {
     "glass denser": JobFault(_looks(_denser), ("ior",)),
     "opacity ignored": JobFault(_looks(_opaque), ("opacity_ignored",)),
     "albedo": JobFault(_other_albedo, ("albedo", "light_gain")),
-    "materials exchanged": JobFault(_exchanged, ("materials_exchanged", "albedo")),
+    "materials exchanged": JobFault(_exchanged, ("materials_exchanged",)),
     "object missing": JobFault(_object_lost, ("object_missing",)),
     "normals inward": JobFault(_parts("normals", lambda n: -n), ("normals_flipped",)),
     "normals swapped": JobFault(_parts("normals", lambda n: n[:, [0, 2, 1]]), ("normals_swapped", "normals_by_matrix")),
