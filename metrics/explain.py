@@ -6,7 +6,7 @@ their support, the segment from there to their own picture: V = B - R, alpha = c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -388,7 +388,8 @@ def explain(
     bug leg.
 
     ``preview`` spares most of the predictions: of models that move nothing near what needs explaining, and of larger
-    sets whose quick picture is no nearer than that of the best one. Before a picture is a bug, models that move nothing
+    sets whose quick picture is no nearer than that of the best one. With it, sets of three grow from pairs whose quick
+    picture is nearer, or from the best set. Before a picture is a bug, models that move nothing
     are predicted all the same. Where little is wrong it is predicted ``closely``.
     """
     bare = best = fit(measured, (), predict)
@@ -401,10 +402,13 @@ def explain(
     useful = _useful(bare, models, together, predict, preview)
     enough: list[Explanation] = []
     left: dict[Model, float] = {}
+    pairs: list[frozenset[Model]] = []
     for size in range(1, LARGEST_SET + 1):
         for chosen in candidates(_leading(useful, left, VALUES.get(size, len(useful))), together, (size,)):
             if enough and len(chosen) > 1:
                 break
+            if size > 2 and preview is not None and not _grows((*pairs, frozenset(best.models)), chosen):
+                continue
             if preview is not None and (len(chosen) > 1 or chosen[0].rule == "choice"):
                 may, rest = nearer(measured, chosen, best, predict, preview)
                 if not may:
@@ -412,6 +416,7 @@ def explain(
                     continue
             found = fit(measured, chosen, predict)
             left.setdefault(chosen[0], found.significance.excess)
+            pairs += [frozenset(chosen)] if size == 2 else []
             if not found.triggers:
                 enough.append(found)
             elif found.significance.excess < SHORTER * best.significance.excess:
@@ -429,6 +434,11 @@ def explain(
     for start in starts:
         enlarged = enlarged or _grown(measured, start, models, predict, told)
     return replace(enlarged or best, before=bare.significance.z)
+
+
+def _grows(from_some: Iterable[frozenset[Model]], chosen: tuple[Model, ...]) -> bool:
+    """Whether ``chosen`` holds all models of a set, one that is not empty, of those that it may grow from."""
+    return any(each and each.issubset(chosen) for each in from_some)
 
 
 def _specks(found: Explanation) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -43,7 +43,6 @@ class Judgement:
 
     ``mean`` is the mean of the seeds, ``reference`` what the intended model gives, ``nearest`` the nearest admissible
     picture P(I). ``limitation_map`` and ``bug_map`` are FLIP (0..1) of the two legs, or zeros where a leg is empty.
-    ``models`` maps the name of each limitation that was considered to its picture.
     """
 
     verdict: Verdict
@@ -52,7 +51,6 @@ class Judgement:
     nearest: Floats
     limitation_map: Floats
     bug_map: Floats
-    models: dict[str, Floats] = field(default_factory=dict)
 
 
 def judge(
@@ -92,7 +90,6 @@ def judge(
     name: Name | None = None
     undecided = hesitation(measured, found, predicted, open_to, scene, declaration, len(pictures))
     undecided = undecided or ("" if found.triggers else untold_gain(found.nuisance))
-    considered = dict(predicted.singles)
     if undecided:
         word, message = "inconclusive", undecided
         findings = () if found.triggers else _limitations(found, declaration)  # seen through the noise
@@ -126,7 +123,6 @@ def judge(
         found.nearest,
         np.zeros(measured.mean.shape[:2]),
         np.zeros(measured.mean.shape[:2]),
-        considered,
     )
     return _perceived(judgement, found, reference, perceive)
 

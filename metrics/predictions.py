@@ -33,7 +33,7 @@ Key = tuple[tuple[str, ...], ...]
 Models = tuple[Model, ...]
 Kept = TypeVar("Kept")
 
-MOST_SETS, MOST_PICTURES, MOST_ENVELOPES = 120 << 20, 40 << 20, 40 << 20  # bytes that are kept of each
+MOST_SETS, MOST_PICTURES, MOST_ENVELOPES = 96 << 20, 32 << 20, 32 << 20  # bytes that are kept of each
 
 
 class Predictions:
@@ -65,8 +65,6 @@ class Predictions:
     def _forget(self) -> None:
         self._sets: _Recent[Admissible] = _Recent(MOST_SETS)
         self._envelopes: _Recent[Near] = _Recent(MOST_ENVELOPES)
-        self.singles: dict[str, Floats] = {}
-        """The picture of each model that was predicted alone."""
 
     def closely(self, at: Bools) -> Predictions:
         """The same predictions, with the pixels ``at`` (h, w) and those beside them traced whatever centres show."""
@@ -77,10 +75,9 @@ class Predictions:
 
     def __call__(self, chosen: Models) -> Admissible:
         """What ``chosen`` admit."""
-        found = self._sets.get(_key(chosen), lambda: self._admitted(self._envelope(chosen))) if chosen else None
-        if found is not None and len(chosen) == 1:
-            self.singles.setdefault(chosen[0].name, found.value)
-        return self._reference if found is None else found
+        if not chosen:
+            return self._reference
+        return self._sets.get(_key(chosen), lambda: self._admitted(self._envelope(chosen)))
 
     def preview(self, chosen: Models, at: Places | None = None) -> Floats:
         """The picture (h, w, 3) of ``chosen`` by one sample at each pixel's centre; or its pixels ``at``, (n, 3)."""

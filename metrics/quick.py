@@ -94,7 +94,7 @@ def nearer(
 
 
 def _spread(places: Places) -> Places:
-    """Some TOLD_BY of ``places`` (n,), evenly spread."""
+    """TOLD_BY to twice as many of ``places`` (n,), evenly spread, or all where they are fewer."""
     return places[:: max(1, places.size // TOLD_BY)]
 
 
