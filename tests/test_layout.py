@@ -224,7 +224,7 @@ from notabug.__main__ import main
 main()
 """
     nowhere = str(tmp_path / "picture.exr" / "below a file")
-    environment = {"PYTHONPATH": str(site), "PATH": "", "HOME": nowhere, "NOTABUG_CACHE": nowhere}
+    environment = {"PYTHONPATH": str(site), "PATH": "", "HOME": nowhere, "XDG_CACHE_HOME": nowhere, "NOTABUG_CACHE": ""}
     assert "pass  terminator/sphere" in _run(tmp_path, sys.executable, "-c", code, **environment)
 
 
