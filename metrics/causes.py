@@ -21,6 +21,7 @@ Floats = npt.NDArray[np.floating]
 
 POWER = 2.2  # the exponent that is widely used in the place of sRGB's curve
 LEAST_SHIFT = 0.05  # pixels: what aliased edges alone can fake is larger; a smaller shift is none
+LEAST_SIDE = 8  # pixels: of a smaller picture a shift of a pixel leaves too little to be told by
 SAME_SHIFT = 0.02  # pixels between two shifts that are tried as one
 SHIFTS_TRIED = 2  # of those found, those that fit best
 FARTHEST = 0.25  # of the picture's smaller side: a larger shift is another picture
@@ -179,6 +180,8 @@ def find_shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
     from scipy import ndimage
     from skimage.registration import phase_cross_correlation
 
+    if min(value.shape[:2]) < LEAST_SIDE:
+        return
     # of the gradients: the border that a shift brings in would pull smooth shading towards no shift at all
     a, b = (np.hypot(*(ndimage.sobel(each.sum(axis=2), axis) for axis in (0, 1))) for each in (value, mean))
     if np.ptp(a) == 0 or np.ptp(b) == 0:
