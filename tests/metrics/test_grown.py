@@ -12,7 +12,7 @@ from notabug.adapters.base import Declaration
 from notabug.bench.generality.draw import write_random_scene
 from notabug.bench.generality.jobs import sized
 from notabug.metrics.admissible import Admissible
-from notabug.metrics.explain import fit, habits
+from notabug.metrics.explain import admitted, fit, habits
 from notabug.metrics.judge import judge
 from notabug.metrics.noise import measure
 from notabug.references.models.model import Model, models
@@ -32,7 +32,8 @@ SCENES = ((1, 5), (1, 49))  # smooth mirrors beside quads that bend: seed and nu
 
 @pytest.fixture(scope="module", params=SCENES, ids=str)
 def scene(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Scene:
-    return sized(read_scene(write_random_scene(*request.param, tmp_path_factory.mktemp("grown"))), SIDE)
+    seed, number = request.param
+    return sized(read_scene(write_random_scene(seed, number, tmp_path_factory.mktemp("grown"))), SIDE)
 
 
 def with_all(scene: Scene) -> Any:
@@ -58,8 +59,6 @@ def test_what_is_wrong_beside_four_limitations_is_a_bug(scene: Scene) -> None:
 
 def test_declared_choices_are_habits_and_free_ones_are_not(scene: Scene) -> None:
     def named(declaration: Declaration) -> set[str]:
-        from notabug.metrics.explain import admitted
-
         return {each.name for each in habits(admitted(list(models(scene)), declaration))}
 
     assert {"silhouette_flip", "quad_split_02"} <= named(USUAL)

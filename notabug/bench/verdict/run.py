@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
+import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from itertools import groupby
@@ -19,6 +21,7 @@ from notabug.references import _native
 from notabug.references.cache import cache_root, source_hash
 
 Record = dict[str, Any]
+LOOKS = 1.0  # seconds between two looks of a worker whether the bench is still there
 TOGETHER = 6  # groups of a setting at most that one process does: at the end the others would wait for it
 
 
@@ -65,7 +68,7 @@ def run(
         return
     workers = workers or os.cpu_count() or 1
     context = multiprocessing.get_context("spawn")  # the kernels' threads do not survive a fork
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with, initargs=(os.getpid(),)) as pool:
         settings = [list(each) for _, each in groupby(waiting, lambda work: work.setting())]
         parts = [each[at : at + TOGETHER] for each in settings for at in range(0, len(each), TOGETHER)]
         made = [pool.submit(_setting, each, expose, within) for each in parts]
@@ -75,6 +78,17 @@ def run(
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
+
+
+def _end_with(parent: int) -> None:
+    """Have this process end when ``parent`` is gone: one that is killed cannot tell its workers, which hold a queue."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(LOOKS)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _setting(groups: Sequence[Work], expose: Callable[[Work], list[Record]], within: Path) -> list[list[Record]]:
