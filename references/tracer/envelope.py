@@ -226,8 +226,9 @@ def trace_envelope(
 def trace_changes(scene: Scene, options: Options, base: Envelope, also: Bools | None = None) -> Envelope:
     """The envelope of ``scene`` where the centre of a pixel within AROUND differs from that of ``base``; else ``base``.
 
-    What is traced is to the last bit what ``trace_envelope`` gives. What a change of the scene does only between the
-    centres of pixels, farther than AROUND from any centre that it changes, is seen only at the pixels ``also`` (h, w).
+    What is traced is to the last bit what ``trace_envelope`` gives, the rest up to SAME. What a change of a scene does
+    only between the centres of pixels, farther than AROUND from any centre that it changes, is seen only at the pixels
+    ``also`` (h, w).
     """
     flat = flatten(scene)
     centre = _Buffers(scene.height, scene.width)
