@@ -40,7 +40,9 @@ LARGEST_SET = 3
 LARGEST_GROWN = 6  # of sets that are not searched but grown, one by one
 SHORTER = 0.9  # of what a smaller set leaves: a larger one that leaves more is no better
 VALUES = {2: 4, 3: 2}  # of a feature that are tried in a set of so many models: those that explain most by themselves
-SPECKS = 0.01  # of the picture: a model's change that no pixel's centre shows is nowhere larger than a few pixels
+# Of the picture: what is wrong in less of it is predicted in full, as a change between the centres of pixels may
+# explain it: half a texel at the borders of a card's patches, which no centre shows, is 5 % of 64 x 64 pixels.
+FEW = 0.1
 LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
 LEAST_FOUGHT = 0.02  # of what surfaces share to the last bits: renderers show another one at a sixth of it or more
 NOISE = 3.0  # standard errors beyond which a pixel is off
@@ -395,7 +397,7 @@ def explain(
     bare = best = fit(measured, (), predict)
     if not bare.triggers:
         return bare
-    close = closely is not None and _specks(bare)
+    close = closely is not None and few_wrong(bare)
     if closely is not None and close:
         predict = closely(bare.significance.pixels)
     together = habits(models)
@@ -423,7 +425,7 @@ def explain(
                 best = found
     if enough:  # dots may fill a facet as well: the models that could explain the least else
         return replace(min(enough, key=_taken_for_granted), before=bare.significance.z)
-    if closely is not None and not close and best.models and _specks(best):
+    if closely is not None and not close and best.models and few_wrong(best):
         predict, close = closely(best.significance.pixels), True
         best = fit(measured, best.models, predict)
         if not best.triggers:
@@ -441,9 +443,9 @@ def _grows(from_some: Iterable[frozenset[Model]], chosen: tuple[Model, ...]) -> 
     return any(each and each.issubset(chosen) for each in from_some)
 
 
-def _specks(found: Explanation) -> bool:
+def few_wrong(found: Explanation) -> bool:
     """Whether what is left to be explained is so little that a model may do it between the centres of pixels."""
-    return bool(0.0 < found.significance.pixels.mean() < SPECKS)
+    return bool(0.0 < found.significance.pixels.mean() < FEW)
 
 
 def _beside(

@@ -14,7 +14,7 @@ from notabug.metrics import perceive as eye
 from notabug.metrics.admissible import RELATIVE, Admissible, admissible, reckonable, suspected
 from notabug.metrics.causes import gain_message
 from notabug.metrics.channels import pixels, put
-from notabug.metrics.explain import Explanation, admitted, beside_faults, explain
+from notabug.metrics.explain import Explanation, admitted, beside_faults, explain, few_wrong
 from notabug.metrics.hesitation import hesitation
 from notabug.metrics.leeway import leeway
 from notabug.metrics.names import UNNAMED, Name
@@ -98,9 +98,8 @@ def judge(
         if naming:
             faults = [each.under(declaration) for each in known if each.kind == "fault" and each.open_to(declaration)]
             beside = beside_faults(open_to, found)
-            name = name_bug(
-                measured, found, possible(faults, declaration), beside, predicted, predicted.preview, others
-            )
+            close = predicted.closely(found.significance.pixels) if few_wrong(found) else predicted
+            name = name_bug(measured, found, possible(faults, declaration), beside, close, predicted.preview, others)
         if name.name == "unexplained":
             name = _global_name(found) or name
         bug = _bug(name, found)

@@ -25,6 +25,7 @@ STEPS = (4, 1)  # pixels a block: a texture that has moved by more than a texel 
 LIKELY = 8  # faults that are fitted in full, where their quick pictures look alike
 ALIKE = 0.3  # correlation of the changes below which a fault is not tried
 LEAST_ALIKE, FEW = 0.1, 2  # and below which it is not even where fewer faults than FEW are more alike
+EQUAL = 0.9  # of the changes: two quick pictures that share so much are of one fault
 CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight would decide
 
 RARE = frozenset({"geometry_mirrored", "cracks"})
@@ -65,8 +66,8 @@ def likely(
     def scored(fault: Model, change: Floats, own: Floats) -> float:
         local = fault.local or fault.rule != "choice"
         score = max(compared(change, own, local, step) for step in STEPS)
-        if not local and fault.at is None:  # of one strength: what is not only alike but as large comes first
-            score += max(equal(change, own), 0.0)
+        if not local and fault.at is None and equal(change, own) > EQUAL:
+            score += 1.0  # of one strength: what is not only alike but the same comes first
         # under "any" what it shows may be anything, where it acts
         return max(score, covered(change, own)) if fault.rule == "any" else score
 

@@ -85,10 +85,15 @@ def better(each: Name, best: Name, *, noisy: bool) -> bool:
         if fixed.remains <= NOTHING and fixed.misfit < NOISE:
             return fixed is each
     if each.freedom and best.freedom:
-        keys = [(max(name.remains, NOTHING), name.name in RARE, name.freedom) for name in (each, best)]
-        return keys[0] < keys[1]
+        return _excuses(each) < _excuses(best)
     if each.laden != best.laden and max(each.remains, best.remains) <= NOTHING:
         # a misfit below EXACT leaves nothing to be explained: there the fewest limitations decide
         burden = LADEN ** (each.laden - best.laden)
         return max(each.misfit, EXACT) * burden < BETTER * max(best.misfit, EXACT)
     return each.misfit < BETTER * best.misfit
+
+
+def _excuses(name: Name) -> tuple[float, float]:
+    """What a name that may choose at each pixel leaves, and how much it could excuse; a rare one must leave less."""
+    rare = name.name in RARE and name.remains > NOTHING / 10
+    return max(name.remains, NOTHING) + (name.remains if rare else 0.0), name.freedom

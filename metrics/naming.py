@@ -181,7 +181,8 @@ def _moved_rays(bug: _Bug) -> Iterator[Name]:
     found = [each for base in bases for each in find_shifts(mean, base.value)]
     halves = [(x, y) for x in (0.0, -0.5, 0.5) for y in (0.0, -0.5, 0.5) if x or y]
     near = [each for each in halves if any(max(abs(each[0] - x), abs(each[1] - y)) < ROUGHLY for x, y in found)]
-    ranked = [(_left_by(bug, each), each) for each in dict.fromkeys((*near, *found))]
+    other = [(x, y) for x, y in found if not any(max(abs(a - x), abs(b - y)) < SAME_SHIFT for a, b in near)]
+    ranked = [(_left_by(bug, each), each) for each in dict.fromkeys((*near, *other))]
     vectors = [each for left, each in sorted(ranked) if left < HOPE][:SHARPENED]
     for place, vector in enumerate(vectors):
         model = pixel_shift(width, height, *vector)
