@@ -175,7 +175,7 @@ def _real(dtype: np.dtype[Any], array: Any) -> Array:
 
 def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
     """The arrays of ``scene`` in ``dtype`` (float32 or float64); the hierarchy is built in float64 either way."""
-    geometry = _geometry(scene.objects, np.dtype(dtype))._asdict()
+    geometry = _geometry(tuple(scene.objects), np.dtype(dtype))._asdict()
     real = partial(_real, np.dtype(dtype))
     materials = scene.materials
     reach = [geometry.pop("reach")] + [np.abs(each.to_world[:3]).sum() * each.radius for each in scene.spheres]
