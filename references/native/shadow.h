@@ -96,13 +96,14 @@ struct LightShare {
 // As transmittance, from one crossing to the next: of those within the gap of the last one none counts.
 //
 // `face` is what the ray leaves, `own` the object whose facets may be forgiven, or -1. Where the gap loses objects, the
-// next crossing of one that is met within it does not count either, where the ray leaves it again.
+// next crossing of one that is met within it, be it of the ray's start, does not count either, where the ray leaves it
+// again.
 template <class T, class F>
 LightShare<T> stepped(const Scene<T>& scene, const ShadowRay<T>& shadow, int face, int own, const Chord<T>& chord) {
     const Ray<T>& ray = shadow.ray;
     const bool objects = shadow.gap_loses == GapLoses::objects;
     Vec3<T> light{1, 1, 1};
-    T last = -infinity<T>, tmin = std::max(shadow.tmin, shadow.gap);
+    T last = objects ? T(0) : -infinity<T>, tmin = objects ? shadow.tmin : std::max(shadow.tmin, shadow.gap);
     bool forgiven = false;
     int lost = -1;
     while (true) {
