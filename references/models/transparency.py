@@ -85,7 +85,8 @@ def _crossings(scene: Scene) -> Iterator[Model]:
             yield Model(
                 name="crossed_once",
                 kind="limitation",
-                claim=f"of transparent surfaces that an epsilon (the declared one, else {gap:.2g}) does not keep apart {rays}",
+                claim=f"of transparent surfaces that an epsilon (the declared one, else {gap:.2g}) does not keep apart"
+                f" {rays}",
                 cites=_EPSILON,
                 options={**dict.fromkeys(switches, gap), "gap_loses": loses},
                 when=("crossings", "once"),
