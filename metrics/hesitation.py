@@ -18,11 +18,12 @@ from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import ABSOLUTE, LSB, MISSED, RELATIVE, Admissible, residual
 from notabug.metrics.channels import largest, pixels, spread
 from notabug.metrics.excused import excused
-from notabug.metrics.explain import Explanation, support
+from notabug.metrics.explain import Explanation
 from notabug.metrics.neighbours import widened
 from notabug.metrics.noise import TILE, Measured, tiles
 from notabug.metrics.nuisance import some
 from notabug.metrics.quick import Predict
+from notabug.metrics.rules import support
 from notabug.references.models.model import Model
 from notabug.scenes_usd.scene import Scene
 

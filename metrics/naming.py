@@ -27,12 +27,13 @@ from notabug.metrics.causes import (
     without_border,
 )
 from notabug.metrics.channels import largest, pixels, total
-from notabug.metrics.explain import LARGEST_GROWN, LEAST_TOUCHED, Explanation, explain, fit, support
+from notabug.metrics.explain import LARGEST_GROWN, Explanation, excluded_by, explain, fit
 from notabug.metrics.likely import CLIP, changed_by, likely, refined, worth
 from notabug.metrics.names import EXACT, NOTHING, UNNAMED, Name, best_of
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import nuisance
 from notabug.metrics.quick import Places, Predict, Preview, choices, guessed, nearer, nears
+from notabug.metrics.rules import LEAST_TOUCHED, support
 from notabug.metrics.significance import Significance, significance
 from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model
@@ -263,12 +264,11 @@ def _grown(bug: _Bug, fault: Model, nearest: Explanation) -> Iterator[Name]:
     A renderer has all of its conventions and limitations at once, and a fault hides them from a search without it.
     """
     while nearest.significance.excess > 0 and len(nearest.models) < LARGEST_GROWN:
-        features = {each.when[0] for each in nearest.models if each.when}
         others = [
             (*nearest.models, each)
             for each in bug.limitations
             if each not in nearest.models
-            and not (each.when and each.when[0] in features)
+            and not excluded_by(each, nearest.models)
             and _nearer(bug, nearest, (fault, *nearest.models, each))
             and _useful(bug, nearest, fault, each)
         ]
