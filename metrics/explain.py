@@ -134,8 +134,17 @@ def candidates(
 
 
 def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, ...]:
-    """The limitations and conventions that ``declaration`` leaves open; ``unknown`` features leave all open."""
-    return tuple(each.under(declaration) for each in models if each.kind != "fault" and each.open_to(declaration))
+    """The limitations and conventions that ``declaration`` leaves open; ``unknown`` features leave all open.
+
+    What a declaration makes the same, an epsilon that two of them suppose otherwise, is tried once.
+    """
+    found: dict[object, Model] = {}
+    for each in models:
+        if each.kind != "fault" and each.open_to(declaration):
+            model = each.under(declaration)
+            switches = repr((model.options, model.others))
+            found.setdefault((model.name, model.edit, model.edits, model.when, model.also, switches), model)
+    return tuple(found.values())
 
 
 def explain(
