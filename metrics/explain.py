@@ -21,6 +21,7 @@ from notabug.metrics.neighbours import Bools
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import Nuisance, nuisance
 from notabug.metrics.quick import Predict, Preview, choices, nearer, nears, surely_helps
+from notabug.metrics.reach import out_of_reach
 from notabug.metrics.rules import MEAN_ALPHA, RULES, Explained, fought, grained, mixed_only, support, widespread
 from notabug.metrics.significance import Significance, significance
 from notabug.references.models.model import Model
@@ -32,6 +33,7 @@ Closely = Callable[[Bools], Predict]
 
 LARGEST_SET = 3
 LARGEST_GROWN = 6  # of sets that are not searched but grown, one by one
+LIKELIEST = 4  # models that are predicted in full, of those by which a set may grow that explains nothing
 SHORTER = 0.9  # of what a smaller set leaves: a larger one that leaves more is no better
 VALUES = {2: 4, 3: 2}  # of a feature that are tried in a set of so many models: those that explain most by themselves
 # Of the picture: what is wrong in less of it is predicted in full, as a change between the centres of pixels may
@@ -165,10 +167,12 @@ def explain(
     bare = best = fit(measured, (), predict)
     if not bare.triggers:
         return bare
+    together = habits(models)
+    if preview is not None and out_of_reach(measured, bare.significance, predict(()), models, together, preview):
+        return replace(_nearest(measured, bare, models, predict, preview), before=bare.significance.z)
     close = closely is not None and few_wrong(bare)
     if closely is not None and close:
         predict = closely(bare.significance.pixels)
-    together = habits(models)
     useful = _useful(bare, models, together, predict, preview)
     enough: list[Explanation] = []
     left: dict[Model, float] = {}
@@ -204,6 +208,29 @@ def explain(
     for start in starts:
         enlarged = enlarged or _grown(measured, start, models, predict, told)
     return replace(enlarged or best, before=bare.significance.z)
+
+
+def _nearest(
+    measured: Measured, bare: Explanation, models: Sequence[Model], predict: Predict, preview: Preview
+) -> Explanation:
+    """The set of ``models``, grown one by one, that leaves least of a picture that none explains."""
+    best = bare
+    while len(best.models) < LARGEST_GROWN:
+        ranked = sorted(
+            (
+                (rest, index)
+                for index, model in enumerate(models)
+                if model not in best.models and not excluded_by(model, best.models)
+                for may, rest in (nearer(measured, (*best.models, model), best, predict, preview),)
+                if may
+            ),
+        )
+        fits = [fit(measured, (*best.models, models[index]), predict) for _, index in ranked[:LIKELIEST]]
+        nearest = min(fits, key=lambda found: found.significance.excess, default=best)
+        if nearest.significance.excess >= SHORTER * best.significance.excess:
+            break
+        best = nearest
+    return best
 
 
 def _grows(from_some: Iterable[frozenset[Model]], chosen: tuple[Model, ...]) -> bool:

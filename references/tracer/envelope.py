@@ -307,7 +307,7 @@ def trace_picture(
     Only the pixels numbered ``at`` (n,) are drawn where they are given, and the others left black.
     """
     into = _Buffers(scene.height, scene.width)
-    every = np.arange(scene.width * scene.height) if at is None else at
+    every = np.arange(scene.width * scene.height) if at is None else np.ascontiguousarray(at)
     grid = 1 if samples == 1 else 0
     _pass(flatten(scene, dtype), scene, options, every, into, grid=grid, samples=samples, seed=seed, threads=threads)
     return into.mean

@@ -234,22 +234,31 @@ def _camera(scene: Scene) -> npt.NDArray[np.float64]:
 def _quads(found: list[tuple[npt.NDArray[np.float64], int, int]], face: Array, real: Any) -> Quads | None:
     if not found:
         return None
-    numbers = [number for _, _, number in found]
-    of_face = np.full(max(int(face.max(initial=0)), *numbers) + 1, -1, np.int32)
-    corners, plane, frame = [], [], []
-    for index, (points, first, number) in enumerate(found):
-        of_face[number] = index
-        x = points[1] - points[0]
-        x = x / np.linalg.norm(x)
-        z = np.cross(points[2] - points[0], points[3] - points[1])
-        y = np.cross(z / np.linalg.norm(z), x)
-        unit = 2.0 ** -np.round(np.log2(np.ptp(points, axis=0).max()))  # exact; keeps fourth powers in float32's range
-        x, y = x * unit, y * unit
-        corners.append(np.arange(first, first + 4))
-        plane.append(np.stack([(points - points[0]) @ x, (points - points[0]) @ y], axis=1).ravel())
-        frame.append(np.concatenate([points[0], x, y]))
-    points = real([each.ravel() for each, _, _ in found])
-    return Quads(of_face[face], np.array(corners, np.int32), real(plane), real(frame), points)
+    numbers = np.array([number for _, _, number in found])
+    first = np.array([start for _, start, _ in found])
+    points = np.array([corners for corners, _, _ in found])
+    of_face = np.full(max(int(face.max(initial=0)), int(numbers.max())) + 1, -1, np.int32)
+    of_face[numbers] = np.arange(len(found))
+    x = _unit(points[:, 1] - points[:, 0])
+    z = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
+    y = np.cross(_unit(z), x)
+    # a power of two is exact; it keeps fourth powers in float32's range
+    scale = 2.0 ** -np.round(np.log2(np.ptp(points, axis=1).max(axis=1)))[:, None]
+    x, y = x * scale, y * scale
+    off = points - points[:, :1]
+    plane = np.stack([(off * axis[:, None]).sum(axis=2) for axis in (x, y)], axis=2)
+    return Quads(
+        of_face[face],
+        (first[:, None] + np.arange(4)).astype(np.int32),
+        real(plane.reshape(-1, 8)),
+        real(np.hstack([points[:, 0], x, y])),
+        real(points.reshape(-1, 12)),
+    )
+
+
+def _unit(vectors: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """``vectors`` (n, 3), each at length 1."""
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
 def _textures(scene: Scene, real: Any) -> Textures | None:

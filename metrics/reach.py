@@ -1,0 +1,73 @@
+"""Which pictures no set of limitations can explain, as quick pictures tell before any set is predicted.
+
+A renderer with several limitations changes a pixel by about the sum of what each changes. What a picture is off by far
+beyond that sum, on much of what is wrong, no set explains: the search for one would cost minutes and find nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.metrics.admissible import Admissible, residual
+from notabug.metrics.channels import largest, pixels
+from notabug.metrics.neighbours import extreme, widened
+from notabug.metrics.noise import Measured
+from notabug.metrics.quick import Preview
+from notabug.metrics.significance import Significance
+from notabug.references.models.model import Model
+
+Floats = npt.NDArray[np.floating]
+Places = npt.NDArray[np.intp]
+
+TOGETHER = 6  # models whose changes are added up: as many as a set may grow to
+BEYOND = 3.0  # times that sum: what two limitations do together may be more than what each does alone
+NOISE = 4.0  # standard errors that a pixel may be off by chance
+LEAST_SHARE = 0.05  # of the wrong pixels that must be out of reach
+LEAST_PIXELS = 16  # and their number: fewer may be edges that no quick picture shows
+TOLD_BY = 512  # pixels, evenly spread, that tell of all
+
+
+def out_of_reach(
+    measured: Measured,
+    bare: Significance,
+    reference: Admissible,
+    models: Sequence[Model],
+    together: tuple[Model, ...],
+    preview: Preview,
+) -> bool:
+    """Whether much of what is wrong with a picture, ``bare``, is farther from the reference than ``models`` reach.
+
+    Each of ``models`` is looked at alone and on top of ``together``, the conventions that a renderer has all at once.
+    Only pixels off edges count; by how much their neighbours differ, a pixel may change as well.
+    """
+    at = np.flatnonzero(bare.pixels & ~widened(reference.edge, 1))
+    if at.size < max(LEAST_PIXELS, LEAST_SHARE * np.count_nonzero(bare.pixels)):
+        return False
+    counted = at.size
+    at = at[:: max(1, counted // TOLD_BY)]
+    bases: list[tuple[Model, ...]] = [()] if len(together) < 2 else [(), together]
+    away = pixels(residual(measured.mean, reference), at)
+    off = np.abs(away) - pixels(reference.tau, at) - NOISE * np.sqrt(pixels(measured.variance, at))
+    # what the centre of a pixel does not show, those of its neighbours do
+    varying = extreme(reference.value, np.maximum) - extreme(reference.value, np.minimum)
+    reached: dict[str, Floats] = {}  # of the values of a feature a renderer has one
+    for model in models:
+        feature = model.when[0] if model.when else model.name
+        most = _reach(model, [base for base in bases if model not in base], at, np.sign(away), preview)
+        reached[feature] = np.maximum(reached.get(feature, 0.0), most)
+    if together:
+        reached[""] = np.maximum((preview(together, at) - preview((), at)) * np.sign(away), 0.0)
+    most = np.sort(np.array([*reached.values(), np.zeros_like(off)]), axis=0)[-TOGETHER:].sum(axis=0)
+    far = np.count_nonzero(largest(off - BEYOND * most - pixels(varying, at)) > 0) / at.size * counted
+    return bool(far >= max(LEAST_PIXELS, LEAST_SHARE * np.count_nonzero(bare.pixels)))
+
+
+def _reach(model: Model, bases: Sequence[tuple[Model, ...]], at: Places, towards: Floats, preview: Preview) -> Floats:
+    """By how much (n, 3) ``model`` moves the pixels ``at`` (n,), at most, ``towards`` a picture (n, 3: the sign)."""
+    moved = [(preview((*base, value), at) - preview(base, at)) * towards for base in bases for value in model.values()]
+    if model.rule == "any":
+        return np.where(np.any(moved, axis=0), np.inf, 0.0)
+    return np.maximum(np.maximum.reduce(moved), 0.0)
