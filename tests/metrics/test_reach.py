@@ -1,0 +1,71 @@
+"""What no set of limitations reaches is told by quick pictures; what a set explains never is."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from notabug.bench.generality.draw import write_random_scene
+from notabug.bench.generality.examine import unknown_making
+from notabug.bench.generality.jobs import sized
+from notabug.metrics.admissible import admissible
+from notabug.metrics.explain import admitted, excluded_by, fit, habits
+from notabug.metrics.noise import measure
+from notabug.metrics.predictions import Predictions
+from notabug.metrics.reach import out_of_reach
+from notabug.references.models.model import Model, models
+from notabug.references.predict import configured, predict
+from notabug.references.tracer.envelope import trace_picture
+from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.scene import Scene
+
+SIDE = 40
+SCENES = ((0, 303), (0, 308), (1, 5))  # textures and two quads a side; three lights; smooth mirrors
+PAIRS = 40  # of the limitations of each scene, spread over all
+
+
+@pytest.fixture(scope="module", params=SCENES, ids=str)
+def scene(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    seed, number = request.param
+    return sized(read_scene(write_random_scene(seed, number, tmp_path_factory.mktemp("reach"))), SIDE)
+
+
+def beyond(scene: Scene, picture: np.ndarray) -> bool:
+    """Whether all limitations together are said not to reach ``picture``, of unknown making."""
+    declaration = unknown_making()
+    bare = predict(scene)
+    reference = admissible(bare, declaration)
+    measured = measure([picture], reference.edge)
+    predicted = Predictions(scene, bare, reference, declaration, 0.004, None)
+    some = open_to(scene)
+    found = fit(measured, (), predicted).significance
+    return out_of_reach(measured, found, reference, some, habits(some), predicted.preview)
+
+
+def open_to(scene: Scene) -> tuple[Model, ...]:
+    return admitted(list(models(scene)), unknown_making())
+
+
+def drawn(scene: Scene, chosen: tuple[Model, ...]) -> np.ndarray:
+    return trace_picture(*configured(scene, chosen), threads=1)
+
+
+def test_what_two_limitations_make_is_within_reach(scene: Scene) -> None:
+    some = open_to(scene)
+    pairs = [pair for pair in combinations(some, 2) if not excluded_by(pair[0], pair[1:])]
+    for pair in pairs[:: max(1, len(pairs) // PAIRS)]:
+        assert not beyond(scene, drawn(scene, pair)), [model.name for model in pair]
+
+
+def test_what_all_habits_make_is_within_reach(scene: Scene) -> None:
+    assert not beyond(scene, drawn(scene, habits(open_to(scene))))
+
+
+def test_noise_and_a_picture_that_is_far_too_bright_are_not(scene: Scene) -> None:
+    right = drawn(scene, ())
+    noise = np.random.default_rng(1).uniform(0.0, 2.0 * right.mean(), right.shape)
+    assert beyond(scene, noise)
+    assert beyond(scene, 40.0 * right + 10.0)
