@@ -24,7 +24,7 @@ from notabug.metrics.quick import Predict, Preview, choices, nearer, nears, sure
 from notabug.metrics.reach import out_of_reach
 from notabug.metrics.rules import MEAN_ALPHA, RULES, Explained, fought, grained, mixed_only, support, widespread
 from notabug.metrics.significance import Significance, significance
-from notabug.references.models.model import Model
+from notabug.references.models.model import Model, excluded_by
 
 Floats = npt.NDArray[np.floating]
 Closely = Callable[[Bools], Predict]
@@ -351,11 +351,6 @@ def beside_faults(models: Sequence[Model], found: Explanation) -> tuple[Model, .
         for each, feature in zip(models, features, strict=True)
         if not feature or features.count(feature) <= VALUES[2] or each in found.models
     )
-
-
-def excluded_by(model: Model, beside: tuple[Model, ...]) -> bool:
-    """Whether ``model`` is another value of a feature that one of ``beside`` has."""
-    return model.when is not None and any(each.when is not None and each.when[0] == model.when[0] for each in beside)
 
 
 def _helps(start: Explanation, model: Model, predict: Predict) -> bool:

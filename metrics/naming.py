@@ -27,7 +27,7 @@ from notabug.metrics.causes import (
     without_border,
 )
 from notabug.metrics.channels import largest, pixels, total
-from notabug.metrics.explain import LARGEST_GROWN, Explanation, excluded_by, explain, fit
+from notabug.metrics.explain import LARGEST_GROWN, Explanation, explain, fit
 from notabug.metrics.likely import CLIP, changed_by, likely, refined, worth
 from notabug.metrics.names import EXACT, NOTHING, UNNAMED, Name, best_of
 from notabug.metrics.noise import Measured
@@ -36,7 +36,7 @@ from notabug.metrics.quick import Places, Predict, Preview, choices, guessed, ne
 from notabug.metrics.rules import LEAST_TOUCHED, support
 from notabug.metrics.significance import Significance, significance
 from notabug.references.models.camera import pixel_shift
-from notabug.references.models.model import Model
+from notabug.references.models.model import Model, excluded_by
 
 Floats = npt.NDArray[np.floating]
 

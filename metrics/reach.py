@@ -15,15 +15,16 @@ from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.channels import largest, pixels
 from notabug.metrics.neighbours import extreme, widened
 from notabug.metrics.noise import Measured
-from notabug.metrics.quick import Preview
+from notabug.metrics.quick import Preview, choices
 from notabug.metrics.significance import Significance
-from notabug.references.models.model import Model
+from notabug.references.models.model import Model, excluded_by
 
 Floats = npt.NDArray[np.floating]
 Places = npt.NDArray[np.intp]
 
 TOGETHER = 6  # models whose changes are added up: as many as a set may grow to
 BEYOND = 3.0  # times that sum: what two limitations do together may be more than what each does alone
+MOST_FACTORS = 4  # choices, those that make the most of a pixel, on top of which all others are looked at
 NOISE = 4.0  # standard errors that a pixel may be off by chance
 LEAST_SHARE = 0.05  # of the wrong pixels that must be out of reach
 LEAST_PIXELS = 16  # and their number: fewer may be edges that no quick picture shows
@@ -40,7 +41,8 @@ def out_of_reach(
 ) -> bool:
     """Whether much of what is wrong with a picture, ``bare``, is farther from the reference than ``models`` reach.
 
-    Each of ``models`` is looked at alone and on top of ``together``, the conventions that a renderer has all at once.
+    Each of ``models`` is looked at alone, on top of ``together``, the conventions that a renderer has all at once, and
+    on top of each choice that multiplies what is there.
     Only pixels off edges count; by how much their neighbours differ, a pixel may change as well.
     """
     at = np.flatnonzero(bare.pixels & ~widened(reference.edge, 1))
@@ -48,21 +50,32 @@ def out_of_reach(
         return False
     counted = at.size
     at = at[:: max(1, counted // TOLD_BY)]
-    bases: list[tuple[Model, ...]] = [()] if len(together) < 2 else [(), together]
     away = pixels(residual(measured.mean, reference), at)
     off = np.abs(away) - pixels(reference.tau, at) - NOISE * np.sqrt(pixels(measured.variance, at))
     # what the centre of a pixel does not show, those of its neighbours do
     varying = extreme(reference.value, np.maximum) - extreme(reference.value, np.minimum)
+    start = preview((), at)
+    bases = [(), *([together] if len(together) > 1 else []), *_factors(models, start, at, preview)]
     reached: dict[str, Floats] = {}  # of the values of a feature a renderer has one
     for model in models:
         feature = model.when[0] if model.when else model.name
-        most = _reach(model, [base for base in bases if model not in base], at, np.sign(away), preview)
+        beside = [base for base in bases if model not in base and not excluded_by(model, base)]
+        most = _reach(model, beside, at, np.sign(away), preview)
         reached[feature] = np.maximum(reached.get(feature, 0.0), most)
     if together:
-        reached[""] = np.maximum((preview(together, at) - preview((), at)) * np.sign(away), 0.0)
+        reached[""] = np.maximum((preview(together, at) - start) * np.sign(away), 0.0)
     most = np.sort(np.array([*reached.values(), np.zeros_like(off)]), axis=0)[-TOGETHER:].sum(axis=0)
     far = np.count_nonzero(largest(off - BEYOND * most - pixels(varying, at)) > 0) / at.size * counted
     return bool(far >= max(LEAST_PIXELS, LEAST_SHARE * np.count_nonzero(bare.pixels)))
+
+
+def _factors(models: Sequence[Model], start: Floats, at: Places, preview: Preview) -> list[tuple[Model, ...]]:
+    """Those choices among ``models`` that more than double the pixels ``at`` (n,): what others change there grows too.
+
+    Lobes are normalised by factors up to half their exponent, and interpolated colours spread what is multiplied.
+    """
+    growth = {(model,): float(np.max(preview((model,), at) - 2.0 * start)) for model in choices(models)}
+    return sorted((base for base, most in growth.items() if most > 0), key=lambda base: -growth[base])[:MOST_FACTORS]
 
 
 def _reach(model: Model, bases: Sequence[tuple[Model, ...]], at: Places, towards: Floats, preview: Preview) -> Floats:

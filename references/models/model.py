@@ -141,6 +141,11 @@ class Model:
         )
 
 
+def excluded_by(model: Model, beside: tuple[Model, ...]) -> bool:
+    """Whether ``model`` is another value of a feature that one of ``beside`` has."""
+    return model.when is not None and any(each.when is not None and each.when[0] == model.when[0] for each in beside)
+
+
 def in_strengths(at: Callable[[float], Model], strength: float, neutral: float = 0.0) -> Model:
     """The fault that ``at`` makes, at ``strength``; it can be made at others."""
     return replace(at(strength), at=at, strength=strength, neutral=neutral)
