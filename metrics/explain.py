@@ -6,10 +6,11 @@ their support, the segment from there to their own picture: V = B - R, alpha = c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
+from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
@@ -168,7 +169,7 @@ def explain(
     if not bare.triggers:
         return bare
     together = habits(models)
-    if preview is not None and out_of_reach(measured, bare.significance, predict(()), models, together, preview):
+    if preview is not None and out_of_reach(measured, bare.significance, models, together, predict, preview):
         return replace(_nearest(measured, bare, models, predict, preview), before=bare.significance.z)
     close = closely is not None and few_wrong(bare)
     if closely is not None and close:
@@ -178,6 +179,13 @@ def explain(
     left: dict[Model, float] = {}
     pairs: list[frozenset[Model]] = []
     for size in range(1, LARGEST_SET + 1):
+        alone = size == 2 and not enough  # and each does not explain it by itself
+        if (
+            alone
+            and preview is not None
+            and out_of_reach(measured, bare.significance, useful, together, predict, preview, fully=True)
+        ):
+            return replace(_nearest(measured, best, useful, predict, preview, left), before=bare.significance.z)
         for chosen in candidates(_leading(useful, left, VALUES.get(size, len(useful))), together, (size,)):
             if enough and len(chosen) > 1:
                 break
@@ -211,21 +219,24 @@ def explain(
 
 
 def _nearest(
-    measured: Measured, bare: Explanation, models: Sequence[Model], predict: Predict, preview: Preview
+    measured: Measured,
+    best: Explanation,
+    models: Sequence[Model],
+    predict: Predict,
+    preview: Preview,
+    left: Mapping[Model, float] = MappingProxyType({}),
 ) -> Explanation:
-    """The set of ``models``, grown one by one, that leaves least of a picture that none explains."""
-    best = bare
+    """The set of ``models``, grown one by one from ``best``, that leaves least of a picture that none explains.
+
+    Those are tried that by themselves leave least: as told by ``left``, else by their quick pictures.
+    """
     while len(best.models) < LARGEST_GROWN:
-        ranked = sorted(
-            (
-                (rest, index)
-                for index, model in enumerate(models)
-                if model not in best.models and not excluded_by(model, best.models)
-                for may, rest in (nearer(measured, (*best.models, model), best, predict, preview),)
-                if may
-            ),
-        )
-        fits = [fit(measured, (*best.models, models[index]), predict) for _, index in ranked[:LIKELIEST]]
+        ranked = []
+        for model in models:
+            if model not in best.models and not excluded_by(model, best.models):
+                may, rest = nearer(measured, (*best.models, model), best, predict, preview)
+                ranked += [(left.get(model, rest), len(ranked), model)] if may else []
+        fits = [fit(measured, (*best.models, model), predict) for _, _, model in sorted(ranked)[:LIKELIEST]]
         nearest = min(fits, key=lambda found: found.significance.excess, default=best)
         if nearest.significance.excess >= SHORTER * best.significance.excess:
             break
