@@ -205,8 +205,11 @@ def explain(
                 best = found
     if enough:  # dots may fill a facet as well: the models that could explain the least else
         return replace(min(enough, key=_taken_for_granted), before=bare.significance.z)
-    if closely is not None and not close and best.models and few_wrong(best):
-        predict, close = closely(best.significance.pixels), True
+    # what is wrong only beside these models was not looked at closely
+    beside = best.significance.pixels & ~(bare.significance.pixels & close)
+    if closely is not None and best.models and few_wrong(best) and beside.any():
+        predict = closely(best.significance.pixels | (bare.significance.pixels & close))
+        close = True
         best = fit(measured, best.models, predict)
         if not best.triggers:
             return replace(best, before=bare.significance.z)

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from notabug.metrics.admissible import MISSED, Admissible
+from notabug.metrics.admissible import MISSED, Admissible, residual
 from notabug.metrics.channels import largest, pixels, put, total
 from notabug.metrics.neighbours import Bools
 from notabug.metrics.noise import Measured
@@ -49,7 +49,9 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Expla
     start, v, off = (pixels(each, at) for each in (base.value, limited.value, measured.mean))
     v, off = v - start, off - start
     share = _share(off, v)
-    significant = (largest(np.abs(off) - pixels(base.tau, at)) > 0) & within.ravel()[at]
+    # noise and what an edge admits would count as pixels of which the model explains nothing
+    beyond = pixels(np.abs(residual(measured.mean, base)) - base.tau - NOISE * np.sqrt(measured.variance), at)
+    significant = (largest(beyond) > 0) & within.ravel()[at]
     if significant.any() and float(share[significant].mean()) < MEAN_ALPHA:
         return _nothing(base)
     value = put(base.value, at, start + share[:, None] * v)
