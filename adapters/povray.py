@@ -41,6 +41,8 @@ from notabug.scenes_usd.scene import Scene
 _STEP = 0.25  # of the lights, from one picture to the next while values clip
 _LEAST_GAIN = 4.0**-12
 _DIM = 1.0 / 16.0  # a picture below this is rendered again, brighter
+_NOT_STARTED = "Timed out waiting for worker thread startup"
+_STARTS = 4  # of POV-Ray, until one gets as far as drawing
 _OPTIONS = ("-D", "-P", "-V", "-A", "-C", "+FN16", "File_Gamma=1.0", "Dither=off", "Output_Alpha=off")
 
 # Vertices are float32, but the same for every ray, and the arithmetic is float64: on acne/sphere from 10 to 1e6 not one
@@ -204,15 +206,7 @@ class _Shots:
         command = [self.program, f"+I{text.name}", f"+O{picture.name}", f"+W{width}", f"+H{height}", *_OPTIONS]
         if self.quality.threads:
             command.append(f"+WT{self.quality.threads}")
-        left = self.quality.timeout - sum(each.seconds for each in self.ended)
-        ended = run_child(
-            command,
-            where=name,
-            folder=self.folder,
-            timeout=max(left, 0.0),
-            environment={"POVINI": str(ini)},  # a user's own settings must not change the picture
-        )
-        self.ended.append(ended.check(name))
+        ended = self._started(command, {"POVINI": str(ini)})  # a user's own settings must not change the picture
         self.gains = " ".join(filter(None, [self.gains, f"{gain:.17g}"]))
         made_picture(picture, where=name, log=ended.log)
         try:
@@ -227,6 +221,25 @@ class _Shots:
                 log=ended.log,
             )
         return read.pixels[..., slice(None) if channel is None else [channel]].astype(np.float64)
+
+    def _started(self, command: list[str], environment: dict[str, str]) -> Ended:
+        """What came of ``command``, again where POV-Ray gave up before it drew: it waits for its threads by the clock.
+
+        On a machine that is busy with other work they do not start within the time that is fixed in its source.
+        """
+        for attempt in range(_STARTS):
+            left = self.quality.timeout - sum(each.seconds for each in self.ended)
+            ended = run_child(
+                command,
+                where=self.adapter.name,
+                folder=self.folder,
+                timeout=max(left, 0.0),
+                environment=environment,
+            )
+            self.ended.append(ended)
+            if not ended.exit or _NOT_STARTED not in ended.log or attempt == _STARTS - 1:
+                break
+        return ended.check(self.adapter.name)
 
 
 register(PovRay())

@@ -170,6 +170,26 @@ def program(folder: Path, script: str) -> str:
     return str(path)
 
 
+@pytest.mark.parametrize("failures", [1, 3])
+def test_povray_whose_threads_did_not_start_is_started_again(stage: Any, failures: int, povray: PovRay) -> None:
+    count = stage.out / "count"
+    script = f"""
+        echo x >> "{count}"
+        if [ "$(wc -l < "{count}")" -le {failures} ]; then
+            echo "Timed out waiting for worker thread startup" >&2; exit 1
+        fi
+        exec {povray.command} "$@" """
+    render = PovRay(command=program(stage.out, script)).render(floor(stage), stage.out, Quality())
+    assert len(count.read_text().split()) >= failures + 1
+    assert render[0].image.is_file()
+
+
+def test_povray_whose_threads_never_start_is_an_error(stage: Any) -> None:
+    script = 'echo "Timed out waiting for worker thread startup" >&2; exit 1'
+    with pytest.raises(RendererError, match=r"(?s)exit code 1.*worker thread startup"):
+        PovRay(command=program(stage.out, script)).render(floor(stage), stage.out, Quality())
+
+
 def test_another_program_of_that_name(tmp_path: Path) -> None:
     with pytest.raises(RendererMissingError, match=r"does not answer as POV-Ray 3.7.*got hello"):
         PovRay(command=program(tmp_path, "echo hello")).find()
