@@ -14,7 +14,6 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from notabug.adapters import settings
 from notabug.adapters.base import Declaration
 from notabug.adapters.config import ConfigError, Table
-from notabug.scenes_usd.picture import decode_srgb as decode_srgb
 from notabug.scenes_usd.picture_numbers import NUMBERS
 
 PIXELS = NUMBERS

@@ -16,6 +16,7 @@ from notabug.metrics.admissible import Admissible
 from notabug.metrics.neighbours import Bools
 from notabug.metrics.noise import Measured
 from notabug.references.models.camera import shift_message
+from notabug.scenes_usd.srgb import decode_srgb, encode_srgb
 
 Floats = npt.NDArray[np.floating]
 
@@ -49,19 +50,12 @@ def changed(to: Admissible, change: Callable[[Floats], Floats]) -> Admissible:
 
 
 def encoded(linear: Floats) -> Floats:
-    """The sRGB transfer function (IEC 61966-2-1) of linear values, clipped to [0, 1]."""
-    x = np.clip(linear, 0.0, 1.0)
-    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(x, 1 / 2.4) - 0.055)
+    """The sRGB-encoded values of linear ones, clipped to [0, 1]."""
+    return encode_srgb(np.clip(linear, 0.0, 1.0))
 
 
 def _cause(name: str, message: str, change: Callable[[Floats], Floats]) -> Cause:
     return Cause(name, message, lambda to: changed(to, change))
-
-
-def decoded(values: Floats) -> Floats:
-    """The linear values of sRGB-encoded ones, clipped to [0, 1]."""
-    x = np.clip(values, 0.0, 1.0)
-    return np.where(x <= 0.04045, x / 12.92, np.power((x + 0.055) / 1.055, 2.4))
 
 
 def shift_numbers(dx: float, dy: float) -> dict[str, float]:
@@ -103,7 +97,7 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
     yield _cause(
         "encoded_by_power",
         f"a picture that is decoded by sRGB's curve was encoded by the power 1/{POWER}",
-        lambda a: decoded(np.power(np.maximum(a, 0.0), 1.0 / POWER)),
+        lambda a: decode_srgb(np.power(np.clip(a, 0.0, 1.0), 1.0 / POWER)),
     )
     gain = _median_ratio(mean, to.value, bright)
     if gain is not None:

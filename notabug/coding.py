@@ -14,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.neighbours import extreme
-from notabug.scenes_usd.picture import Pixels, decode_srgb, encode_srgb, read_picture, write_coded
+from notabug.scenes_usd.picture import Pixels, read_picture, write_coded
 from notabug.scenes_usd.picture_numbers import Lossy
+from notabug.scenes_usd.srgb import decode_srgb, encode_srgb
 
 # An edge that crosses a block elsewhere by a part of a pixel is lost otherwise, at most as much again.
 SPARE = 2.0

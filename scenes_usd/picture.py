@@ -20,6 +20,7 @@ from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture_layers import Layer, choose, layers_of
 from notabug.scenes_usd.picture_numbers import Lossy, Numbers, lossy_of, numbers_of, once_coarser
 from notabug.scenes_usd.picture_place import TURNED, orientation, placed
+from notabug.scenes_usd.srgb import decode_srgb
 
 Pixels = npt.NDArray[np.float32]
 
@@ -150,7 +151,7 @@ def read_picture(path: Path, *, layer: str = "", srgb: bool = False) -> Picture:
     if numbers.quantum != chosen.numbers.quantum and not numbers.relative:
         notes += (f"its values are all steps of 1/{round(1 / numbers.quantum)}",)
     if srgb:
-        pixels = decode_srgb(pixels)
+        pixels = decode_srgb(pixels).astype(np.float32)
     opaque = bool((alpha == 1.0).all())
     if not opaque and spec.get_int_attribute("oiio:UnassociatedAlpha", 0):
         pixels, numbers, said = _over_black(pixels, alpha, numbers)
@@ -287,24 +288,6 @@ def _check_size(spec: Any, path: Path) -> None:
             where=str(path),
             expected=f"at most {MAX_PIXELS} pixels and {MAX_CHANNELS} channels",
         )
-
-
-def decode_srgb(encoded: npt.NDArray[np.floating]) -> Pixels:
-    """IEC 61966-2-1 to linear; below 0 mirrored, above 1 by the same curve.
-
-    >>> float(decode_srgb(np.array([0.5])).round(4)[0])
-    0.214
-    """
-    size = np.abs(encoded)
-    linear = np.where(size <= 0.04045, size / 12.92, ((size + 0.055) / 1.055) ** 2.4)
-    return np.asarray(np.copysign(linear, encoded), np.float32)
-
-
-def encode_srgb(linear: npt.NDArray[np.floating]) -> Pixels:
-    """The inverse of ``decode_srgb``."""
-    size = np.abs(linear)
-    encoded = np.where(size <= 0.0031308, 12.92 * size, 1.055 * np.maximum(size, 0.0031308) ** (1 / 2.4) - 0.055)
-    return np.asarray(np.copysign(encoded, linear), np.float32)
 
 
 def write_exr(

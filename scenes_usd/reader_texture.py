@@ -13,6 +13,7 @@ from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.picture import Picture, PictureError, read_picture
 from notabug.scenes_usd.reader_values import ROUNDED, check_plain, checked, fault, read
 from notabug.scenes_usd.scene import Floats, Texture
+from notabug.scenes_usd.srgb import decode_srgb
 from notabug.scenes_usd.untrusted import check_inside
 
 _INPUTS = {"file", "st", "wrapS", "wrapT", "sourceColorSpace", "scale", "bias", "fallback"}
@@ -101,11 +102,6 @@ def _load(prim: Usd.Prim, name: str, wrap_s: Wrap, wrap_t: Wrap, space: str) -> 
     pixels = np.clip(pixels, 0.0, 1.0)
     linear = decode_srgb(pixels) if space == "sRGB" else pixels
     return Texture(Path(name), np.ascontiguousarray(linear), wrap_s, wrap_t, "sRGB" if space == "sRGB" else "raw")
-
-
-def decode_srgb(encoded: Floats) -> Floats:
-    """IEC 61966-2-1: the encoded value 0..1 to linear 0..1; 0.5 becomes 0.21404."""
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
 def _read_asset(name: str) -> Picture:

@@ -9,6 +9,7 @@ import numpy as np
 
 from notabug.references.models.model import Edit, Model
 from notabug.scenes_usd.scene import Floats, Scene, Texture
+from notabug.scenes_usd.srgb import decode_srgb, encode_srgb
 
 POWER = 2.2  # the exponent that is widely used in the place of sRGB's curve
 _USD = "UsdUVTexture: sourceColorSpace, wrapS, wrapT"
@@ -19,8 +20,8 @@ def models(scene: Scene) -> Iterator[Model]:
     if not any(scene.materials[each.material].texture >= 0 for each in scene.objects):
         return
     changes: list[tuple[str, str, Edit]] = [
-        ("texture_decoded", "the texture is decoded from sRGB once too often", pixels(decoded)),
-        ("texture_encoded", "the texture is not decoded from sRGB, or encoded once too often", pixels(encoded)),
+        ("texture_decoded", "the texture is decoded from sRGB once too often", pixels(decode_srgb)),
+        ("texture_encoded", "the texture is not decoded from sRGB, or encoded once too often", pixels(encode_srgb)),
         ("texture_channels_swapped", "red and blue of the texture are exchanged", pixels(lambda each: each[..., ::-1])),
         (
             "texture_wrap",
@@ -43,16 +44,6 @@ def models(scene: Scene) -> Iterator[Model]:
     )
 
 
-def decoded(values: Floats) -> Floats:
-    """IEC 61966-2-1, encoded to linear."""
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
-
-
-def encoded(values: Floats) -> Floats:
-    """IEC 61966-2-1, linear to encoded."""
-    return np.where(values <= 0.0031308, 12.92 * values, 1.055 * np.maximum(values, 0.0) ** (1 / 2.4) - 0.055)
-
-
 def pixels(change: Callable[[Floats], Floats]) -> Edit:
     """An edit of the texels (h, w, 3) of every texture."""
     return _textures(lambda each: replace(each, pixels=np.ascontiguousarray(change(each.pixels))))
@@ -65,7 +56,7 @@ def _textures(change: Callable[[Texture], Texture]) -> Edit:
 def _by_power(texture: Texture) -> Texture:
     if texture.colour_space != "sRGB":
         return texture
-    return replace(texture, pixels=np.ascontiguousarray(encoded(texture.pixels) ** POWER))
+    return replace(texture, pixels=np.ascontiguousarray(encode_srgb(texture.pixels) ** POWER))
 
 
 def _unwrapped(texture: Texture) -> Texture:

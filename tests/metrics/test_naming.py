@@ -11,7 +11,7 @@ import pytest
 from notabug.adapters.base import Declaration, Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.metrics.admissible import Admissible, admissible
-from notabug.metrics.causes import decoded, encoded
+from notabug.metrics.causes import encoded
 from notabug.metrics.explain import fit
 from notabug.metrics.judge import judge
 from notabug.metrics.likely import coarse
@@ -23,6 +23,7 @@ from notabug.references.models.model import Model, models
 from notabug.references.predict import configured, predict
 from notabug.references.tracer.envelope import trace_envelope, trace_picture
 from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.srgb import decode_srgb
 
 DECLARATION = InHouse().declaration(Quality(samples=1))
 BOX = replace(InHouse().declaration(Quality(samples=64)), noisy=False)
@@ -298,7 +299,7 @@ def test_a_power_in_the_place_of_srgbs_curve_is_named(studio: Any, name: str) ->
     right = np.clip(np.asarray(predict(scene).point, np.float64), 0.0, 1.0)
     for wrong, cause in (
         (encoded(right) ** 2.2, "decoded_by_power"),
-        (decoded(right ** (1 / 2.2)), "encoded_by_power"),
+        (decode_srgb(right ** (1 / 2.2)), "encoded_by_power"),
     ):
         found = judge([wrong], scene, DECLARATION, perceive=False).verdict
         assert found.findings[0].name == cause

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy import ndimage, stats
 
-from notabug.adapters.declared import decode_srgb
 from notabug.metrics.causes import encoded, zoomed
 from notabug.metrics.judge import regions
 from notabug.metrics.neighbours import blurred, extreme, laplacian, weighed, widened
@@ -20,6 +19,7 @@ from notabug.metrics.noise import TILE, measure, tiles
 from notabug.metrics.significance import discoveries
 from notabug.metrics.valid import box
 from notabug.metrics.verdict import Finding, Leg, Verdict
+from notabug.scenes_usd.srgb import decode_srgb
 
 Floats = npt.NDArray[np.floating]
 

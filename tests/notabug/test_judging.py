@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from notabug.adapters import declared
 from notabug.adapters.base import Declaration
 from notabug.adapters.config import ConfigError
-from notabug.adapters.declared import SRGB_SLOPE, decode_srgb
+from notabug.adapters.declared import SRGB_SLOPE
 from notabug.cli import app
 from notabug.judging import declare
 from notabug.scenes_usd.errors import SelectionError

@@ -15,9 +15,10 @@ from notabug.judging import declare
 from notabug.metrics.excused import BUDGET
 from notabug.outcome import judge_pictures
 from notabug.references.predict import predict
-from notabug.scenes_usd.picture import Picture, encode_srgb, read_picture, write_coded, write_exr
+from notabug.scenes_usd.picture import Picture, read_picture, write_coded, write_exr
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.srgb import encode_srgb
 
 Pixels = npt.NDArray[np.float32]
 WIDTH, HEIGHT = 48, 36  # of the scene on the desk

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from notabug.scenes_usd.reader import read_scene
-from notabug.scenes_usd.reader_texture import decode_srgb
+from notabug.scenes_usd.srgb import decode_srgb
 
 Write = Callable[..., Path]
 GREY = ("rel material:binding = </Scene/Picture>", "rel material:binding = </Scene/Grey>")

@@ -148,8 +148,8 @@ def shoot(sub: Floats, condition: Condition, seed: int, count: int = 0) -> Itera
 def written(picture: Floats, condition: Condition) -> npt.NDArray[np.float32]:
     """``picture`` as it comes back from the file, linear again."""
     if condition.encoding == "srgb8":
-        from notabug.adapters.declared import decode_srgb
         from notabug.bench.verdict.gates import eight_bit
+        from notabug.scenes_usd.srgb import decode_srgb
 
         return decode_srgb(eight_bit(picture))
     if condition.encoding == "half":
