@@ -18,6 +18,7 @@ from notabug.cli import app
 from notabug.judging import declare
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.picture import Picture, write_exr
+from notabug.scenes_usd.srgb import decode_srgb
 
 
 def picture(quantum: float, relative: bool = False) -> Picture:
