@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
+from operator import itemgetter
 from types import MappingProxyType
 
 import numpy as np
@@ -22,7 +23,7 @@ from notabug.metrics.neighbours import Bools
 from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import Nuisance, nuisance
 from notabug.metrics.quick import Predict, Preview, choices, nearer, nears, surely_helps
-from notabug.metrics.reach import out_of_reach
+from notabug.metrics.reach import Reach, reach
 from notabug.metrics.rules import MEAN_ALPHA, RULES, Explained, fought, grained, mixed_only, support, widespread
 from notabug.metrics.significance import Significance, significance
 from notabug.references.models.model import Model, excluded_by
@@ -36,6 +37,7 @@ LARGEST_SET = 3
 LARGEST_GROWN = 6  # of sets that are not searched but grown, one by one
 LIKELIEST = 4  # models that are predicted in full, of those by which a set may grow that explains nothing
 SHORTER = 0.9  # of what a smaller set leaves: a larger one that leaves more is no better
+PAIRS = 8  # of models, those that leave least, from which sets of three grow
 VALUES = {2: 4, 3: 2}  # of a feature that are tried in a set of so many models: those that explain most by themselves
 # Of the picture: what is wrong in less of it is predicted in full, as a change between the centres of pixels may
 # explain it: half a texel at the borders of a card's patches, which no centre shows, is 5 % of 64 x 64 pixels.
@@ -161,15 +163,16 @@ def explain(
     bug leg.
 
     ``preview`` spares most of the predictions: of models that move nothing near what needs explaining, and of larger
-    sets whose quick picture is no nearer than that of the best one. With it, sets of three grow from pairs whose quick
-    picture is nearer, or from the best set. Before a picture is a bug, models that move nothing
+    sets whose quick picture is no nearer than that of the best one. With it, sets of three grow from the pairs that
+    leave least, or from the best set. Before a picture is a bug, models that move nothing
     are predicted all the same. Where little is wrong it is predicted ``closely``.
     """
     bare = best = fit(measured, (), predict)
     if not bare.triggers:
         return bare
     together = habits(models)
-    if preview is not None and out_of_reach(measured, bare.significance, models, together, predict, preview):
+    wide = None if preview is None else reach(measured, bare.significance, models, together, predict, preview)
+    if preview is not None and wide is not None and wide.beyond_all():
         return replace(_nearest(measured, bare, models, predict, preview), before=bare.significance.z)
     close = closely is not None and few_wrong(bare)
     if closely is not None and close:
@@ -177,19 +180,22 @@ def explain(
     useful = _useful(bare, models, together, predict, preview)
     enough: list[Explanation] = []
     left: dict[Model, float] = {}
-    pairs: list[frozenset[Model]] = []
+    pairs: list[tuple[float, frozenset[Model]]] = []
+    near: Reach | None = None
     for size in range(1, LARGEST_SET + 1):
-        alone = size == 2 and not enough  # and each does not explain it by itself
-        if (
-            alone
-            and preview is not None
-            and out_of_reach(measured, bare.significance, useful, together, predict, preview, fully=True)
-        ):
-            return replace(_nearest(measured, best, useful, predict, preview, left), before=bare.significance.z)
+        if size == 2 and not enough and preview is not None:
+            some = tuple(dict.fromkeys((*useful, *together)))
+            near = reach(measured, bare.significance, some, together, predict, preview, fully=True)
+            if near is not None and near.beyond_all():
+                return replace(_nearest(measured, best, useful, predict, preview, left), before=bare.significance.z)
+        grown_from = [pair for _, pair in sorted(pairs, key=itemgetter(0))[:PAIRS]]
         for chosen in candidates(_leading(useful, left, VALUES.get(size, len(useful))), together, (size,)):
             if enough and len(chosen) > 1:
                 break
-            if size > 2 and preview is not None and not _grows((*pairs, frozenset(best.models)), chosen):
+            if size > 2 and preview is not None and not _grows((*grown_from, frozenset(best.models)), chosen):
+                continue
+            least = near.leaves(chosen, preview) if near is not None and preview is not None else 0.0
+            if size > 1 and least >= SHORTER * best.significance.excess:
                 continue
             if preview is not None and (len(chosen) > 1 or chosen[0].rule == "choice"):
                 may, rest = nearer(measured, chosen, best, predict, preview)
@@ -198,7 +204,7 @@ def explain(
                     continue
             found = fit(measured, chosen, predict)
             left.setdefault(chosen[0], found.significance.excess)
-            pairs += [frozenset(chosen)] if size == 2 else []
+            pairs += [(found.significance.excess, frozenset(chosen))] if size == 2 else []
             if not found.triggers:
                 enough.append(found)
             elif found.significance.excess < SHORTER * best.significance.excess:

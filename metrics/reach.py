@@ -7,6 +7,7 @@ beyond that sum, on much of what is wrong, no set explains: the search for one w
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +26,7 @@ Places = npt.NDArray[np.intp]
 TOGETHER = 6  # models whose changes are added up: as many as a set may grow to
 BEYOND = 3.0  # times that sum: what two limitations do together may be more than what each does alone
 MOST_FACTORS = 4  # choices, those that make the most of a pixel, on top of which all others are looked at
+ROOM = 1.5  # and of a set whose own quick picture is looked at as well
 NOISE = 4.0  # standard errors that a pixel may be off by chance
 LEAST_SHARE = 0.05  # of the wrong pixels that must be out of reach
 LEAST_PIXELS = 16  # and their number: fewer may be edges that no quick picture shows
@@ -32,7 +34,41 @@ FEWEST = 2  # where what each model admits is predicted
 TOLD_BY = 512  # pixels, evenly spread, that tell of all
 
 
-def out_of_reach(
+@dataclass(frozen=True, slots=True, eq=False)
+class Reach:
+    """How far models move the wrong pixels of a picture towards it, as far as each by itself tells.
+
+    ``at`` (n,) are some of them, of which one stands for ``each``. ``off`` (n, 3) is how far they are from the
+    reference, beyond tolerance and noise, and ``towards`` the sign. ``moves`` is how far each model brings them nearer
+    (n, 3), and ``joint`` all conventions at once. A picture is out of reach where ``least`` pixels are.
+    """
+
+    at: Places
+    each: float
+    off: Floats
+    towards: Floats
+    moves: dict[Model, Floats]
+    joint: Floats
+    least: float
+
+    def leaves(self, chosen: Sequence[Model], preview: Preview) -> float:
+        """What the models ``chosen`` leave of the picture's deviation at the least, each having been looked at."""
+        alone = np.asarray(sum((self.moves[model] for model in chosen), np.zeros_like(self.off)))
+        beside = (preview(choices(chosen), self.at) - preview((), self.at)) * self.towards
+        left = np.maximum(self.off - ROOM * np.maximum(alone, beside), 0.0)
+        return float(largest(left).sum()) * self.each
+
+    def beyond_all(self) -> bool:
+        """Whether the picture is out of reach of any set of TOGETHER models; of a feature's values it has one."""
+        features: dict[str, Floats] = {"": self.joint}
+        for model, moved in self.moves.items():
+            feature = model.when[0] if model.when else model.name
+            features[feature] = np.maximum(features.get(feature, 0.0), moved)
+        moved = np.sort(np.array(list(features.values())), axis=0)[-TOGETHER:].sum(axis=0)
+        return bool(np.count_nonzero(largest(self.off - BEYOND * moved) > 0) * self.each >= self.least)
+
+
+def reach(
     measured: Measured,
     bare: Significance,
     models: Sequence[Model],
@@ -41,11 +77,11 @@ def out_of_reach(
     preview: Preview,
     *,
     fully: bool = False,
-) -> bool:
-    """Whether some of what is wrong with a picture, ``bare``, is farther from the reference than ``models`` reach.
+) -> Reach | None:
+    """How far ``models`` reach what is wrong with a picture, ``bare``; None where too few pixels tell.
 
-    Each of ``models`` is looked at alone, on top of ``together``, the conventions that a renderer has all at once, and
-    on top of each choice that multiplies what is there. Of quick pictures only pixels off edges tell; by how much their
+    Each model is looked at alone, on top of ``together``, the conventions that a renderer has all at once, and on top
+    of each choice that multiplies what is there. Of quick pictures only pixels off edges tell; by how much their
     neighbours differ, a pixel may change as well. ``fully`` predicts what each model alone admits: all pixels tell.
     """
     reference = predict(())
@@ -53,7 +89,7 @@ def out_of_reach(
     counted, least = at.size, LEAST_SHARE * np.count_nonzero(bare.pixels)
     least = max(FEWEST if fully else LEAST_PIXELS, least)
     if counted < least:
-        return False
+        return None
     at = at[:: max(1, counted // TOLD_BY)]
     away = pixels(residual(measured.mean, reference), at)
     towards = np.sign(away)
@@ -62,19 +98,16 @@ def out_of_reach(
         off -= pixels(extreme(reference.value, np.maximum) - extreme(reference.value, np.minimum), at)
     start = preview((), at)
     bases = [(), *([together] if len(together) > 1 else []), *_factors(models, start, at, preview)]
-    reached: dict[str, Floats] = {}  # of the values of a feature a renderer has one
+    moves = {}
     for model in models:
-        feature = model.when[0] if model.when else model.name
         beside = [base for base in bases if model not in base and not excluded_by(model, base)]
         most = _reach(model, beside, at, towards, preview)
         if fully:
             admitted = [predict((value,)) for value in model.values()]
-            most = np.maximum.reduce([most, *(_admits(reference, each, at, towards) for each in admitted)])
-        reached[feature] = np.maximum(reached.get(feature, 0.0), most)
-    if together:
-        reached[""] = np.maximum((preview(together, at) - start) * towards, 0.0)
-    most = np.sort(np.array([*reached.values(), np.zeros_like(off)]), axis=0)[-TOGETHER:].sum(axis=0)
-    return bool(np.count_nonzero(largest(off - BEYOND * most) > 0) / at.size * counted >= least)
+            most = np.maximum.reduce([most, *(_admits(reference, other, at, towards) for other in admitted)])
+        moves[model] = most
+    joint = np.maximum((preview(together, at) - start) * towards, 0.0) if together else np.zeros_like(off)
+    return Reach(at, counted / at.size, off, towards, moves, joint, least)
 
 
 def _admits(reference: Admissible, other: Admissible, at: Places, towards: Floats) -> Floats:

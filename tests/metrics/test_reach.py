@@ -14,7 +14,7 @@ from notabug.metrics.admissible import admissible
 from notabug.metrics.explain import admitted, fit, habits
 from notabug.metrics.noise import measure
 from notabug.metrics.predictions import Predictions
-from notabug.metrics.reach import out_of_reach
+from notabug.metrics.reach import Reach, reach
 from notabug.references.models.model import Model, excluded_by, models
 from notabug.references.predict import configured, predict
 from notabug.references.tracer.envelope import trace_picture
@@ -34,14 +34,22 @@ def scene(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 def beyond(scene: Scene, picture: np.ndarray, *, fully: bool = False) -> bool:
     """Whether all limitations together are said not to reach ``picture``, of unknown making."""
+    told, _, _ = reached(scene, open_to(scene), picture, fully=fully)
+    return told is not None and told.beyond_all()
+
+
+def reached(
+    scene: Scene, some: tuple[Model, ...], picture: np.ndarray, *, fully: bool
+) -> tuple[Reach | None, Predictions, float]:
+    """How far all limitations reach ``picture``, what they predict, and how far it is off."""
     declaration = unknown_making()
     bare = predict(scene)
     reference = admissible(bare, declaration)
     measured = measure([picture], reference.edge)
     predicted = Predictions(scene, bare, reference, declaration, 0.004, None)
-    some = open_to(scene)
     found = fit(measured, (), predicted).significance
-    return out_of_reach(measured, found, some, habits(some), predicted, predicted.preview, fully=fully)
+    told = reach(measured, found, some, habits(some), predicted, predicted.preview, fully=fully)
+    return told, predicted, found.excess
 
 
 def open_to(scene: Scene) -> tuple[Model, ...]:
@@ -59,6 +67,8 @@ def test_what_two_limitations_make_is_within_reach(scene: Scene) -> None:
         picture = drawn(scene, pair)
         for fully in (False, True):
             assert not beyond(scene, picture, fully=fully), [model.name for model in pair]
+        told, predicted, excess = reached(scene, some, picture, fully=True)
+        assert told is None or told.leaves(pair, predicted.preview) < 0.1 * excess, [model.name for model in pair]
 
 
 def test_what_all_habits_make_is_within_reach(scene: Scene) -> None:
