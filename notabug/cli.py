@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +12,7 @@ from typing import Annotated
 import typer
 
 from notabug import __version__
+from notabug.ending import Stopped, exit_state, report_defect, signals_as_exceptions
 from notabug.exit_codes import ExitCode, exit_code
 from notabug.options import (
     Bench,
@@ -32,7 +35,7 @@ from notabug.options import (
     Variant,
     Variants,
 )
-from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.errors import FileError, NotabugError, is_of_files
 
 app = typer.Typer(
     name="notabug",
@@ -454,33 +457,39 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        app()
-    except NotabugError as error:
-        from rich.console import Console
-        from rich.text import Text
-
-        line = Text("notabug: ", style="bold red").append(" ".join(str(error).split()), style="default not bold")
-        Console(stderr=True, soft_wrap=True).print(line)
-        sys.exit(exit_code(error))
+        with signals_as_exceptions():
+            code = app(standalone_mode=False)  # by itself typer ends with 1, a renderer's bug, where output is closed
+            sys.stdout.flush()
     except BrokenPipeError:  # the reader of our output went away
-        sys.stderr.close()
+        with contextlib.suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python complains of it at its end
         sys.exit(ExitCode.OK)
-    except Exception as error:  # exit code 1, Python's own for any error, would tell of a renderer's bug
-        sys.stderr.write(f"notabug: internal error: {type(error).__name__}: {error}; {_saved_trace()}\n")
-        sys.exit(ExitCode.INTERNAL)
+    except (KeyboardInterrupt, typer.Abort, Stopped) as error:
+        sys.exit(exit_state(error))
+    except Exception as error:
+        sys.exit(_told(error))
+    sys.exit(code or ExitCode.OK)
 
 
-def _saved_trace() -> str:
-    """Where the trace of the error in hand was saved; the trace itself where nothing can be written."""
-    import tempfile
-    import traceback
+def _told(error: Exception) -> int:
+    """Say what ``error`` is in one line; the exit code."""
+    if hasattr(error, "exit_code") and hasattr(error, "show"):  # typer's own, of words that it does not understand
+        from typer.rich_utils import rich_format_error
 
-    try:
-        with tempfile.NamedTemporaryFile("w", prefix="notabug-", suffix=".log", delete=False, encoding="utf-8") as log:
-            log.write(f"{sys.argv}\n{traceback.format_exc()}")
-            return f"please report it with the trace in {log.name}"
-    except OSError:
-        return f"please report it\n{traceback.format_exc()}"
+        rich_format_error(error)
+        return int(error.exit_code)
+    if is_of_files(error):
+        assert isinstance(error, OSError)
+        error = FileError.of(error)
+    if not isinstance(error, NotabugError):
+        return report_defect(error)
+    from rich.text import Text
+
+    from notabug.progress import console
+
+    line = Text("notabug: ", style="bold red").append(" ".join(str(error).split()), style="default not bold")
+    console(stderr=True).print(line, soft_wrap=True)
+    return exit_code(error)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import concurrent.futures
+import logging
 import multiprocessing
 import os
 import signal
@@ -26,6 +28,10 @@ GRACE = 5.0  # seconds in which a process that is told to end must have done so
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
 _NEEDED = "notabug.preload"
 JOBS_PER_PROCESS = 4  # a process takes some seconds to start: with fewer jobs for it, it is not worth starting
+
+
+class ClusterLostError(NotabugError):
+    """The cluster that did the jobs of a run is out of reach."""
 
 
 class Crew(Protocol):
@@ -63,7 +69,12 @@ class Alone:
 
     def each(self, function: Callable[[Job], Made], jobs: Sequence[Job]) -> Iterator[tuple[int, Made | Exception]]:
         for index, job in enumerate(jobs):
-            yield index, function(job)
+            made: Made | Exception
+            try:
+                made = function(job)
+            except Exception as error:
+                made = error
+            yield index, made
 
     def __enter__(self) -> Alone:
         return self
@@ -250,6 +261,7 @@ class Cluster:
         self._address = address
         self._stack = ExitStack()
         self._executor: Executor | None = None
+        self._lost = False
         self.at_once = 1
 
     def document(self) -> dict[str, Any]:
@@ -258,12 +270,21 @@ class Cluster:
     def each(self, function: Callable[[Job], Made], jobs: Sequence[Job]) -> Iterator[tuple[int, Made | Exception]]:
         if self._executor is None:
             raise RuntimeError("the cluster is not open")
-        futures = {self._executor.submit(function, job): index for index, job in enumerate(jobs)}
-        for future in concurrent.futures.as_completed(futures):
-            error = future.exception()
-            if error is not None and not isinstance(error, Exception):
-                raise error
-            yield futures[future], future.result() if error is None else error
+        try:
+            futures = {self._executor.submit(function, job): index for index, job in enumerate(jobs)}
+            for future in concurrent.futures.as_completed(futures):
+                error = future.exception()
+                if error is not None and not isinstance(error, Exception):
+                    raise error
+                yield futures[future], future.result() if error is None else error
+        except (concurrent.futures.CancelledError, asyncio.CancelledError, OSError) as error:
+            self._lost = True
+            raise ClusterLostError(
+                "the Dask scheduler is out of reach",
+                where=f"--executor dask://{self._address}",
+                got=type(error).__name__,
+                do="start it again, and run the same command: it goes on from the finished results",
+            ) from error
 
     def __enter__(self) -> Cluster:
         try:

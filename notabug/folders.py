@@ -13,7 +13,7 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
-from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.errors import FileError, NotabugError
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.,=+-]")
 _LONGEST = 80  # characters of one folder name: with its hash well below the 255 bytes that file systems allow
@@ -26,14 +26,20 @@ class FolderInUseError(NotabugError):
 @contextmanager
 def sole_writer(out: Path) -> Iterator[None]:
     """``out``, made if need be, for this run alone. The system drops the lock when a process ends, however it ends."""
-    out.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(out / ".notabug.lock", blocking=False)
     try:
-        with FileLock(out / ".notabug.lock", blocking=False):
-            yield
+        out.mkdir(parents=True, exist_ok=True)
+        lock.acquire()
     except Timeout:
         raise FolderInUseError(
             "another run is writing into this folder", where=str(out), do="wait for it, or choose another with --out"
         ) from None
+    except OSError as error:
+        raise FileError.of(error, where=str(out), do="choose a folder that can be written to with --out") from error
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 @contextmanager
