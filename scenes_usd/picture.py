@@ -7,7 +7,7 @@ What is read is what a viewer shows: which channels are the picture says ``pictu
 from __future__ import annotations
 
 import contextlib
-import os
+import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -319,7 +319,7 @@ def write_exr(
     spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
     for key, value in metadata.items():
         spec.attribute(key, value)
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.exr")
+    partial = path.with_name(f".{path.stem}.{secrets.token_hex(8)}.partial.exr")  # which nobody has put a link under
     target = OpenImageIO.ImageOutput.create(str(partial))
     if target is None or not target.open(str(partial), spec):
         raise PictureError(f"cannot write ({OpenImageIO.geterror()})", where=str(path), do="is the folder writable?")
