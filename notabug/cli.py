@@ -291,6 +291,10 @@ def bench(
     """Measure what notabug costs (speed), how well it judges (verdict), whether it is right on scenes outside the
     corpus (generality), and of renderers: error over time (efficiency), where they break (stability), and which
     relations between pictures they break (metamorphic)."""
+    if what is not Bench.speed:  # which writes no files
+        from notabug.own_folder import claim
+
+        claim(out, "bench")
     if what is Bench.generality:
         from notabug.bench.generality.command import command as generality
 

@@ -6,13 +6,17 @@ import hashlib
 import json
 import os
 import re
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from filelock import FileLock, Timeout
 
+from notabug.adapters.trees import make, remove
+from notabug.own_folder import claim
 from notabug.scenes_usd.errors import FileError, NotabugError
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.,=+-]")
@@ -26,9 +30,9 @@ class FolderInUseError(NotabugError):
 @contextmanager
 def sole_writer(out: Path) -> Iterator[None]:
     """``out``, made if need be, for this run alone. The system drops the lock when a process ends, however it ends."""
+    claim(out, "run")
     lock = FileLock(out / ".notabug.lock", blocking=False)
     try:
-        out.mkdir(parents=True, exist_ok=True)
         lock.acquire()
     except Timeout:
         raise FolderInUseError(
@@ -42,11 +46,20 @@ def sole_writer(out: Path) -> Iterator[None]:
         lock.release()
 
 
+LOCK = ".job.lock"
+
+
 @contextmanager
-def job_lock(folder: Path) -> Iterator[None]:
-    """The job's ``folder``, made if need be, for one process at a time: of two that do one job the later one waits."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with FileLock(folder / ".job.lock"):
+def job_lock(folder: Path, out: Path) -> Iterator[None]:
+    """The job's ``folder`` below ``out``, made if need be, for one process at a time: of two with one job one waits.
+
+    What an earlier renderer put in its way, such as a link to somewhere else, is removed.
+    """
+    make(folder, out)
+    lock = folder / LOCK
+    if lock.is_symlink() or (lock.exists() and not lock.is_file()):
+        remove(lock)
+    with FileLock(lock):
         yield
 
 
@@ -83,6 +96,22 @@ def write_json(path: Path, document: Any) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    partial.write_text(text, encoding="utf-8", errors="backslashreplace")
-    partial.replace(path)
+    """Write ``text`` to ``path`` atomically. No link is followed; surrogates, of names that are no text, are escaped."""
+    number, name = tempfile.mkstemp(prefix=f".{path.name[:_LONGEST]}.", suffix=".partial", dir=path.parent)
+    partial = Path(name)
+    try:
+        with os.fdopen(number, "w", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(text)
+        partial.chmod(0o666 & ~_umask())
+        partial.replace(path)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
+
+
+@cache
+def _umask() -> int:
+    """The process's mask of permissions, which the system tells only who sets it."""
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import shlex
-import shutil
 import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
@@ -15,16 +14,17 @@ from pathlib import Path
 from typing import Any, Protocol, cast
 
 from notabug.adapters.base import Adapter, Found, Quality, Render, RendererMissingError, UnsupportedError
+from notabug.adapters.trees import empty, replaced, states
 from notabug.calibration import CARDS, refusal, textured
 from notabug.crew import Alone, Crew, rendering
 from notabug.ending import saved_trace
 from notabug.exit_codes import ExitCode, exit_code
-from notabug.folders import folder_name, job_folder, job_lock, sole_writer, write_json, write_text
-from notabug.gate import NO_REFERENCE, Gate
+from notabug.folders import LOCK, folder_name, job_folder, job_lock, sole_writer, write_json, write_text
+from notabug.gate import NO_REFERENCE, NO_SCENE, Gate
 from notabug.metrics.verdict import Verdict, Word
 from notabug.record import SCHEMA, RecordError, Result
 from notabug.scenes_usd.catalogue import expected
-from notabug.scenes_usd.errors import FileError, NotabugError, is_of_files
+from notabug.scenes_usd.errors import FileError, NotabugError, SceneError, is_of_files
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 from notabug.selection import Choice
@@ -258,6 +258,8 @@ def _lost(plan: Plan, task: Task, error: Exception) -> Done:
 
 
 def _read(choice: Choice) -> Scene | NotabugError:
+    if choice.refused:
+        return SceneError(choice.refused)
     try:
         return read_scene(choice.source, choice.variants)
     except NotabugError as error:
@@ -312,7 +314,7 @@ def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> 
     adapter, found = state.plan.renderers[name]
     blank = _blank(state, choice, scene, name)
     if isinstance(scene, NotabugError):
-        return replace(blank, verdict=_no_judgement("error", str(scene))), False
+        return replace(blank, verdict=replace(_no_judgement("error", str(scene)), triggers=(NO_SCENE,))), False
     blamed = state.refused.get(name, "")
     if blamed:
         return replace(blank, verdict=_no_judgement("error", f"calibration: {blamed}")), False
@@ -320,7 +322,7 @@ def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> 
     folder = job_folder(state.plan.out, choice.folder or choice.id, blank.variant, name)
     keys = _keys(scene, adapter, found, state.plan.quality)
     try:
-        with job_lock(folder):
+        with job_lock(folder, state.plan.out):
             kept = _kept(folder, keys["result"], state.plan.out) if state.plan.resume else None
             if kept is not None:
                 return _as_asked(kept, blank), True
@@ -356,9 +358,10 @@ def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
 
     plan = state.plan
     try:
-        (folder / "result.json").unlink(missing_ok=True)
         renders = _renders(folder, keys["render"]) if plan.resume else ()
-        if not renders:
+        if renders:
+            empty(folder, _OF_RENDERS)
+        else:
             state.watcher.start(blank.scene, blank.variant, blank.renderer, "renders")
             renders = _render(scene, adapter, folder, keys["render"], plan.quality)
             state.rendering += sum(each.seconds for each in renders)
@@ -399,13 +402,23 @@ def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
     return result
 
 
+_OF_RENDERS = frozenset({LOCK, "renders", "renders.json", "log.txt"})  # what another judge's result is made from
+
+
 def _render(scene: Scene, adapter: Adapter, folder: Path, key: str, quality: Quality) -> tuple[Render, ...]:
-    """Fresh pictures in ``folder/renders``, which is emptied first so that no old file can pass for a new one."""
+    """Fresh pictures in ``folder/renders``. ``folder`` is emptied first, so that no old file can pass for a new one.
+
+    Whatever the renderer leaves beside the pictures, where our own files will be, is removed.
+    """
+    empty(folder, frozenset({LOCK}))
     pictures = folder / "renders"
-    shutil.rmtree(pictures, ignore_errors=True)
-    pictures.mkdir(parents=True)
+    pictures.mkdir()
+    before = states(pictures)
     with rendering():
         renders = adapter.render(scene, pictures, quality)
+    if gone := replaced(before):
+        raise NotabugError("the renderer replaced a folder of the run", where=str(gone), do="correct the renderer")
+    empty(folder, frozenset({LOCK, "renders"}))
     if not renders:
         raise NotabugError(
             "the adapter returned no picture", where=f"adapter {adapter.name!r}", do="correct the adapter"
@@ -437,7 +450,8 @@ def _renders(folder: Path, key: str) -> tuple[Render, ...]:
         )
     except (KeyError, TypeError):
         return ()
-    return renders if all(each.image.is_file() for each in renders) else ()
+    there = all(each.image.is_file() and each.image.resolve().is_relative_to(folder.resolve()) for each in renders)
+    return renders if there and not (folder / "renders").is_symlink() else ()
 
 
 def _kept(folder: Path, key: str, out: Path) -> Result | None:
