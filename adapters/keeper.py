@@ -1,6 +1,6 @@
 """The process between notabug and a renderer, on Linux: nothing that it starts outlives it, whoever ends first.
 
-``python -I -S keeper.py PARENT STATUS OUTPUT CPU PROGRAM...`` runs PROGRAM and, when that ends, ends all it left behind.
+``python -I -S keeper.py PARENT STATUS OUTPUT CPU PROGRAM...`` runs PROGRAM and, when that ends, ends all that it left.
 When PARENT, a process id, is gone, however it went, everything ends as well. Orphans come here, however far they
 detached, since this process is their reaper (PR_SET_CHILD_SUBREAPER); should it be killed, the renderer is too
 (PR_SET_PDEATHSIG).
@@ -61,7 +61,7 @@ def _become(prctl: ctypes._NamedFuncPointer, status: int, output: int, cpu: int)
         for each in (signal.SIGPIPE, signal.SIGXFSZ):  # which Python ignores, and a program would inherit that
             signal.signal(each, signal.SIG_DFL)
         signal.pthread_sigmask(signal.SIG_SETMASK, set())
-        os.execvp(sys.argv[5], sys.argv[5:])
+        os.execvp(sys.argv[5], sys.argv[5:])  # noqa: S606 - that is what it is for
     except OSError as error:
         os.write(status, f"failed {error.errno}\n".encode())
     finally:
@@ -117,10 +117,10 @@ def _end_all(program: int, ended: int | None) -> int:
 def _children() -> list[int]:
     """The live children of this process, by the process table."""
     own, found = os.getpid(), []
-    for name in os.listdir("/proc"):
+    for name in os.listdir("/proc"):  # noqa: PTH208 - pathlib takes longer to import than all of this
         if name.isdecimal():
             try:
-                with open(f"/proc/{name}/stat", "rb") as file:
+                with open(f"/proc/{name}/stat", "rb") as file:  # noqa: PTH123
                     fields = file.read().rpartition(b")")[2].split()
             except OSError:
                 continue

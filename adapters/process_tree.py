@@ -86,7 +86,6 @@ class Tree:
                 with contextlib.suppress(ChildProcessError):  # a grandchild: its parent collects it, or we do next time
                     os.waitpid(each.pid, os.WNOHANG)
 
-
     def _collect(self) -> None:
         """Collect the dead that came here since nobody below waited for them: those seen, and those of its session."""
         for each in psutil.Process().children():

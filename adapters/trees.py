@@ -20,7 +20,7 @@ _BLOCK = 512  # bytes in which the system counts what a file takes
 def size(folder: Path, enough: int) -> int:
     """The bytes that all files below ``folder`` take; counting stops beyond ``enough``.
 
-    More than ``enough`` also where folders are nested deeper than DEEPEST, hold more than MOST files, or cannot be read.
+    More than ``enough`` also where folders are nested deeper than DEEPEST, hold over MOST files, or cannot be read.
     """
     total, entries, beyond, top = 0, 0, False, str(folder).count(os.sep)
 
@@ -73,9 +73,9 @@ def make(folder: Path, root: Path) -> None:
 
 def empty(folder: Path, keep: frozenset[str] = frozenset()) -> None:
     """Remove everything in ``folder`` but the files called as ``keep`` says."""
-    for name in os.listdir(folder):
-        if name not in keep:
-            remove(folder / name)
+    for path in list(folder.iterdir()):
+        if path.name not in keep:
+            remove(path)
 
 
 def remove(path: Path) -> None:

@@ -392,11 +392,14 @@ def accept(
 def merge(
     folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of runs, such as shards.")],
     out: Annotated[Path, typer.Option(help="The folder to make.")],
+    partial: Annotated[
+        bool, typer.Option("--partial", help="Also where a shard, the end of a run or a picture is missing.")
+    ] = False,
 ) -> None:
     """Make one run of several, pictures and all."""
     from notabug.merging import command
 
-    raise typer.Exit(command(folders, out))
+    raise typer.Exit(command(folders, out, partial))
 
 
 @app.command()

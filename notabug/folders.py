@@ -96,7 +96,7 @@ def write_json(path: Path, document: Any) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write ``text`` to ``path`` atomically. No link is followed; surrogates, of names that are no text, are escaped."""
+    """Write ``text`` to ``path`` atomically. No link is followed; surrogates, which are no text, are escaped."""
     number, name = tempfile.mkstemp(prefix=f".{path.name[:_LONGEST]}.", suffix=".partial", dir=path.parent)
     partial = Path(name)
     try:

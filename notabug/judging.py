@@ -24,6 +24,7 @@ from notabug.folders import folder_name, write_json
 from notabug.gate import Gate, code_of
 from notabug.outcome import judge_pictures
 from notabug.own_folder import claim
+from notabug.printable import escaped
 from notabug.progress import console, verdict_text
 from notabug.record import SCHEMA, Result, json_ready
 from notabug.report.page import draw
@@ -96,7 +97,7 @@ def command(
         page = draw(out)
         console(stderr=True).print(str(page), markup=False, soft_wrap=True)
     if as_json:
-        print(json.dumps(document, ensure_ascii=False, allow_nan=False))
+        print(escaped(json.dumps(document, ensure_ascii=False, allow_nan=False)))
     else:
         _show(console(), result)
     return code_of([result])

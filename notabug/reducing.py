@@ -14,8 +14,8 @@ from notabug.adapters.base import Adapter, Quality
 from notabug.adapters.registry import adapter
 from notabug.exit_codes import ExitCode
 from notabug.folders import write_text
-from notabug.own_folder import check, claim
 from notabug.judging import one_variant
+from notabug.own_folder import check, claim
 from notabug.progress import console
 from notabug.reduce import Examiner, Shown, bug, reduced, size
 from notabug.scenes_usd.errors import NotabugError, SelectionError

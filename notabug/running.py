@@ -19,6 +19,7 @@ from notabug.ending import Stopped, exit_state
 from notabug.exit_codes import ExitCode
 from notabug.folders import write_json
 from notabug.gate import FailOn, Gate, code_of
+from notabug.printable import escaped
 from notabug.progress import Board, console, messages, states, table
 from notabug.report.page import Pictures, draw
 from notabug.run import Plan, Run, find_renderers, run
@@ -107,7 +108,7 @@ def command(
         write_json(out / "run.json", document)
     page = draw(out, pictures=pictures)
     if as_json:
-        print(json.dumps(document, ensure_ascii=False, allow_nan=False))
+        print(escaped(json.dumps(document, ensure_ascii=False, allow_nan=False)))
     elif remedies:
         console().print(workarounds.table(found_rows))
     else:

@@ -187,9 +187,7 @@ open("big", "wb").write(bytes(4 << 20))
 
 
 @pytest.mark.parametrize("what", ["nested", "many", "unread"])
-def test_output_that_cannot_be_counted_is_too_much(
-    what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_output_that_cannot_be_counted_is_too_much(what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trees, "MOST", 200)
     (tmp_path / "few").mkdir()
     assert trees.size(tmp_path, 1 << 20) <= 1 << 20

@@ -269,5 +269,5 @@ def test_a_cache_that_cannot_be_is_a_usage_error(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 2, done.stderr
-    assert "the cache cannot be written to" in done.stderr
+    assert "the cache cannot be used" in done.stderr
     assert done.stderr.count("\n") == 1
