@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import concurrent.futures
+import logging
 import multiprocessing
 import os
 import signal
@@ -292,6 +293,7 @@ class Cluster:
             raise SelectionError(
                 "Dask is not installed", where="--executor", do="pip install 'notabug[dask]'"
             ) from None
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it tells of a lost scheduler in many traces
         try:
             dask: Any = distributed
             client = self._stack.enter_context(dask.Client(f"tcp://{self._address}", timeout=10))
@@ -305,6 +307,10 @@ class Cluster:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if self._lost:  # whatever closing it says is no news
+            with suppress(Exception):
+                self._stack.close()
+            return
         if self._executor is not None:
             self._executor.shutdown(wait=error is None)  # without waiting it drops what is not done
         self._stack.close()

@@ -13,7 +13,7 @@ from typing import Any
 from notabug.expectation import State, Statement
 from notabug.metrics.verdict import GLYPH, Verdict
 from notabug.scenes_usd.errors import NotabugError
-from notabug.shape import FLAG, NUMBER, PATH, TEXT, WHOLE, Fields, Many, Value, check, read_document
+from notabug.shape import FLAG, NAME, NUMBER, TEXT, WHOLE, Fields, Many, Value, check, read_document
 from notabug.shape import RecordError as RecordError
 
 SCHEMA = 1
@@ -137,8 +137,8 @@ _FINDING = Fields(
 )
 RESULT = Fields(
     {
-        **dict.fromkeys(("scene", "variant", "renderer", "renderer_version", "message"), TEXT),
-        **dict.fromkeys(("command", "expected", "claim"), TEXT),
+        **dict.fromkeys(("scene", "variant", "renderer"), NAME),
+        **dict.fromkeys(("renderer_version", "message", "command", "expected", "claim"), TEXT),
         "verdict": Value("text", words=frozenset(GLYPH)),
         "findings": Many(_FINDING),
         "legs": Fields({"limitation": _LEG, "bug": _LEG}),
@@ -147,8 +147,8 @@ RESULT = Fields(
         "samples": WHOLE,
         "seeds": WHOLE,
         "seconds": Fields({"render": NUMBER, "judge": NUMBER}),
-        "image": PATH,
-        "images": Many(PATH, named=True),
+        "image": NAME,
+        "images": Many(NAME, named=True),
         "size": Many(NUMBER, length=2),
         "renderer_command": Many(TEXT),
     },
@@ -156,7 +156,7 @@ RESULT = Fields(
 )
 _TOOL = dict.fromkeys(("name", "version", "models", "code", "python", "platform"), TEXT)
 _JOBS = {"executor": TEXT, "at_once": WHOLE, "threads": WHOLE, "shard": TEXT}
-_UNUSED = Fields(dict.fromkeys(("renderer", "scene", "variant"), TEXT))
+_UNUSED = Fields(dict.fromkeys(("renderer", "scene", "variant"), NAME))
 RUN = Fields(
     {"schema": WHOLE, "results": Many(RESULT)},
     {

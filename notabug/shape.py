@@ -1,7 +1,7 @@
 """Shapes of JSON documents of unknown making: the whole document is checked at the door, before anybody uses a part.
 
-What passes has the types that are asked for, finite numbers of a size that arithmetic stands, and texts that can be
-written, printed and used as names: no NUL, no half of a surrogate pair. One error, RecordError, names the place.
+What passes has the types that are asked for, finite numbers of a size that arithmetic stands, and names that a file
+could have. Texts may hold anything, since messages quote logs. One error, RecordError, names the place.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ class Value:
     none: bool = False
     words: frozenset[str] = frozenset()
     longest: int = LONGEST
+    is_name: bool = False  # a text without NUL
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +54,7 @@ class Fields:
 
 Shape = Value | Many | Fields
 TEXT, NUMBER, WHOLE, FLAG = Value("text"), Value("number"), Value("whole"), Value("flag")
-PATH = Value("text", longest=4096)  # as the system's longest
+NAME = Value("text", longest=4096, is_name=True)  # as long as the system's longest path
 
 
 def read_document(path: Path, shape: Shape) -> dict[str, Any]:
@@ -89,7 +90,7 @@ def check(value: Any, shape: Shape, where: str) -> None:
         if not isinstance(value, dict):
             raise _wrong(where, "an object", value)
         for key, inside in value.items():
-            _check_plain(key, TEXT, where)
+            _check_plain(key, NAME, where)
             check(inside, shape.of, f"{where}: {key[:40]}")
     else:
         if not isinstance(value, list) or shape.length not in (-1, len(value)):
@@ -102,7 +103,7 @@ def _check_plain(value: Any, shape: Value, where: str) -> None:
     if value is None and shape.none:
         return
     if shape.kind == "text":
-        if not isinstance(value, str) or len(value) > shape.longest or not _is_writable(value):
+        if not isinstance(value, str) or len(value) > shape.longest or (shape.is_name and "\0" in value):
             raise _wrong(where, "a text", value)
         if shape.words and value not in shape.words:
             raise _wrong(where, f"one of {', '.join(sorted(shape.words))}", value)
@@ -115,10 +116,6 @@ def _check_plain(value: Any, shape: Value, where: str) -> None:
             raise _wrong(where, "a whole number" if shape.kind == "whole" else "a number", value)
         if isinstance(value, float) and not math.isfinite(value):
             raise _wrong(where, "a finite number", value)
-
-
-def _is_writable(text: str) -> bool:
-    return "\0" not in text and not any("\ud800" <= sign <= "\udfff" for sign in text)
 
 
 def _wrong(where: str, expected: str, value: Any) -> RecordError:

@@ -1,7 +1,7 @@
 """Pictures that are much work, or of formats whose work is not known, are read in a child with limits.
 
-``python -P -m notabug.scenes_usd.picture_child REQUEST`` reads what the JSON file REQUEST asks for and writes the answer
-beside it: ``answer.json``, a Picture's or a Header's fields or the parts of an error, and ``pixels.npy``.
+``python -P -m notabug.scenes_usd.picture_child REQUEST`` reads what the JSON file REQUEST asks for, and beside it
+writes the answer: ``answer.json``, a Picture's or a Header's fields or the parts of an error, and ``pixels.npy``.
 """
 
 from __future__ import annotations

@@ -29,6 +29,6 @@ def command(out: Path, to: str) -> ExitCode:
     sys.stdout.write(WRITERS[to](document, results, out))
     summary = os.environ.get("GITHUB_STEP_SUMMARY", "")
     if to == "github" and summary:
-        with Path(summary).open("a", encoding="utf-8") as page:
+        with Path(summary).open("a", encoding="utf-8", errors="backslashreplace") as page:
             page.write(markdown(document, results, out))
     return ExitCode.OK
