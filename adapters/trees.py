@@ -39,7 +39,7 @@ def size(folder: Path, enough: int) -> int:
     return enough + 1 if beyond else total
 
 
-State = tuple[Path, int, int]
+State = tuple[Path, int, int, int]
 
 
 def states(folder: Path) -> tuple[State, ...]:
@@ -52,12 +52,13 @@ def replaced(before: tuple[State, ...]) -> Path | None:
     return next((path for path, *identity in before if [*_identity(path)] != identity), None)
 
 
-def _identity(path: Path) -> tuple[int, int]:
+def _identity(path: Path) -> tuple[int, int, int]:
+    """Device, number and kind: a link that takes a folder's place may get its number."""
     try:
         seen = os.lstat(path)
     except OSError:
-        return 0, 0
-    return seen.st_dev, seen.st_ino
+        return 0, 0, 0
+    return seen.st_dev, seen.st_ino, stat.S_IFMT(seen.st_mode)
 
 
 def make(folder: Path, root: Path) -> None:
