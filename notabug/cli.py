@@ -7,7 +7,7 @@ import io
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, cast
 
 import typer
 
@@ -483,7 +483,7 @@ def _told(error: Exception) -> int:
     if hasattr(error, "exit_code") and hasattr(error, "show"):  # typer's own, of words that it does not understand
         from typer.rich_utils import rich_format_error
 
-        rich_format_error(error)
+        rich_format_error(cast(Any, error))
         return int(error.exit_code)
     if is_of_files(error):
         assert isinstance(error, OSError)

@@ -293,7 +293,7 @@ class Cluster:
             raise SelectionError(
                 "Dask is not installed", where="--executor", do="pip install 'notabug[dask]'"
             ) from None
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # it tells of a lost scheduler in many traces
+        _silence("distributed", "tornado", "asyncio")  # which tell of a lost scheduler in many traces
         try:
             dask: Any = distributed
             client = self._stack.enter_context(dask.Client(f"tcp://{self._address}", timeout=10))
@@ -314,6 +314,13 @@ class Cluster:
         if self._executor is not None:
             self._executor.shutdown(wait=error is None)  # without waiting it drops what is not done
         self._stack.close()
+
+
+def _silence(*packages: str) -> None:
+    """Let the loggers of ``packages``, which have levels and handlers of their own, say nothing."""
+    for name in [*packages, *logging.root.manager.loggerDict]:
+        if name.partition(".")[0] in packages:
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 def crew(executor: str, at_once: int, jobs: int) -> tuple[Crew, int]:

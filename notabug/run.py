@@ -143,7 +143,8 @@ def _run(plan: Plan, watcher: Watcher) -> Run:
         _do(plan, state, watcher, tasks, results)
     except BaseException:  # a signal, or the crew is lost: what is finished stays on record
         _collect(state, tasks, results)
-        state.save(now=False)
+        with contextlib.suppress(OSError):
+            state.save()
         raise
     state.finished = True
     state.save()

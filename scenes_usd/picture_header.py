@@ -147,7 +147,10 @@ def _png(file: IO[bytes], where: str) -> bool:
     at, chunks, texts = 8, 0, 0
     while True:
         file.seek(at)
-        length, kind = _numbers(file, ">I4s")
+        (length,) = _numbers(file, ">I")
+        kind = file.read(4)
+        if len(kind) < 4:
+            raise struct.error("a chunk without a name")
         if kind == b"IEND":
             return texts <= FEW_TEXTS and chunks <= FEW_ATTRIBUTES
         if kind != b"IDAT":
