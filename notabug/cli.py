@@ -279,7 +279,9 @@ def bench(
     renderer: Renderers = None,
     resume: Annotated[bool, typer.Option(help="Keep what was measured with the same code.")] = True,
     scenes: Annotated[int, typer.Option(min=0, help="Random scenes (generality); 0: 400, of a sample 20.")] = 0,
-    seed: Annotated[int, typer.Option(min=0, help="Of the random scenes (generality).")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Of the random scenes (generality), or of what is damaged (faults).")
+    ] = 0,
     part: Annotated[
         list[BenchPart] | None,
         typer.Option("--part", help="Of generality; again for more. Default: scenes."),
@@ -290,7 +292,8 @@ def bench(
 ) -> None:
     """Measure what notabug costs (speed), how well it judges (verdict), whether it is right on scenes outside the
     corpus (generality), and of renderers: error over time (efficiency), where they break (stability), and which
-    relations between pictures they break (metamorphic)."""
+    relations between pictures they break (metamorphic). How damaged pictures, scenes, configurations and records are
+    taken (faults)."""
     if what is not Bench.speed:  # which writes no files
         from notabug.own_folder import claim
 
@@ -311,6 +314,10 @@ def bench(
             out=out,
         )
         raise typer.Exit(code)
+    if what is Bench.faults:
+        from notabug.bench.faults import command as faults
+
+        raise typer.Exit(faults(quick=quick, seed=seed, out=out, resume=resume, as_json=as_json))
     if what is Bench.verdict:
         from notabug.bench.verdict.command import command as verdict
 

@@ -18,7 +18,10 @@ NOTE = ".notabug.json"
 _HIDDEN = ".notabug"  # notes, locks and partial files: what notabug itself makes first
 _RECORDS = {
     "run.json": "run",
-    **{f"{name}.json": "bench" for name in ("verdict", "generality", "efficiency", "stability", "metamorphic")},
+    **{
+        f"{name}.json": "bench"
+        for name in ("verdict", "generality", "efficiency", "stability", "metamorphic", "faults")
+    },
 }
 _HEAD = 4096  # bytes of a record that say that it is one
 
