@@ -170,9 +170,10 @@ def _scene(path: Path) -> None:
 def _configuration(path: Path) -> None:
     from notabug.adapters.config import renderer_tables
     from notabug.adapters.configured import configured
+    from notabug.adapters.zbuffer import ZBuffer
 
     for name, table in renderer_tables(path).items():
-        configured(name, table)
+        configured(name, table, {"zbuffer": ZBuffer()})
 
 
 def _expectations(path: Path) -> None:
