@@ -74,13 +74,12 @@ def is_at_work(here: Path, done: int) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
-@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize(
+    ("number", "code", "jobs"), [(signal.SIGINT, 130, "1"), (signal.SIGHUP, 129, "1"), (signal.SIGTERM, 143, "2")]
+)
 def test_what_is_finished_is_on_record_and_nothing_is_left(
     here: Path, number: signal.Signals, code: int, jobs: str
 ) -> None:
-    if (jobs, number) == ("2", signal.SIGHUP):
-        pytest.skip("as SIGTERM")
     process = start(here, "--jobs", jobs)
     wait_until(lambda: is_at_work(here, 3), process)
     process.send_signal(number)
@@ -158,7 +157,7 @@ if __name__ == "__main__":
 @pytest.mark.slow
 def test_a_scheduler_that_is_lost_is_one_line_and_costs_no_finished_result(here: Path) -> None:
     pytest.importorskip("distributed")
-    cluster = subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-c", CLUSTER],
         cwd=here,
         stdin=subprocess.PIPE,
@@ -166,15 +165,14 @@ def test_a_scheduler_that_is_lost_is_one_line_and_costs_no_finished_result(here:
         stderr=subprocess.DEVNULL,
         text=True,
         start_new_session=True,
-    )
-    try:
-        assert cluster.stdout is not None
-        address = cluster.stdout.readline().strip().removeprefix("tcp://")
-        process = start(here, "--executor", f"dask://{address}")
-        wait_until(lambda: is_at_work(here, 3), process)
-    finally:
-        os.killpg(cluster.pid, signal.SIGKILL)
-        cluster.wait()
+    ) as cluster:
+        try:
+            assert cluster.stdout is not None
+            address = cluster.stdout.readline().strip().removeprefix("tcp://")
+            process = start(here, "--executor", f"dask://{address}")
+            wait_until(lambda: is_at_work(here, 3), process)
+        finally:
+            os.killpg(cluster.pid, signal.SIGKILL)
     _, log = process.communicate()
     assert process.returncode == 3, log
     assert "Traceback" not in log
