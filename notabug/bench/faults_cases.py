@@ -49,7 +49,8 @@ radius = 0.5
 capabilities = ["mesh", "shadows"]
 environment = { THREADS = "{threads}" }
 retries = 1
-limits = { memory = 1.5, cpu = 60.0 }
+memory = "2 GiB"
+cpu = 60.0
 
 [renderers.other]
 adapter = "zbuffer"
