@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import atexit
 import concurrent.futures
 import logging
 import multiprocessing
 import os
 import signal
 import sys
+import tempfile
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -16,9 +18,13 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from multiprocessing.synchronize import Semaphore
+from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, ClassVar, Protocol, TypeVar
 
+import psutil
+
+from notabug.adapters.trees import remove
 from notabug.scenes_usd.cache_folder import CacheError, cache_root
 from notabug.scenes_usd.errors import NotabugError, SelectionError
 
@@ -192,6 +198,7 @@ def prepare(*more: str) -> str:
     from multiprocessing import forkserver
 
     forkserver.set_forkserver_preload([_NEEDED, *more])
+    _own_temporary_folder()
     with suppress(CacheError):  # where a temporary cache is needed all processes share one; who uses it tells the error
         cache_root()
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
@@ -205,6 +212,32 @@ def prepare(*more: str) -> str:
             else:
                 os.environ[name] = value
     return "forkserver"
+
+
+_SOCKETS = "notabug-crew-"  # and a process's number: the temporary folder of its sockets
+
+
+def _own_temporary_folder() -> None:
+    """Have multiprocessing keep its sockets in a folder that tells whose it is, and remove those of the dead.
+
+    A process that is killed cannot remove its own.
+    """
+    configuration = getattr(multiprocessing.current_process(), "_config", {})
+    if configuration.get("tempdir") is not None:
+        return
+    with suppress(OSError):
+        for path in Path(tempfile.gettempdir()).glob(f"{_SOCKETS}*"):
+            number = path.name.removeprefix(_SOCKETS).partition("-")[0]
+            if number.isdecimal() and not psutil.pid_exists(int(number)) and path.stat().st_uid == os.geteuid():
+                remove(path)
+        configuration["tempdir"] = tempfile.mkdtemp(prefix=f"{_SOCKETS}{os.getpid()}-")
+        atexit.register(_remove_own, Path(configuration["tempdir"]), os.getpid())
+
+
+def _remove_own(folder: Path, process: int) -> None:
+    if os.getpid() == process:  # and not a child that was forked
+        with suppress(OSError):
+            remove(folder)
 
 
 _places: Semaphore | None = None

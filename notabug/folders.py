@@ -41,6 +41,7 @@ def sole_writer(out: Path) -> Iterator[None]:
     except OSError as error:
         raise FileError.of(error, where=str(out), do="choose a folder that can be written to with --out") from error
     try:
+        _remove_partial(out)
         yield
     finally:
         lock.release()
@@ -60,7 +61,14 @@ def job_lock(folder: Path, out: Path) -> Iterator[None]:
     if lock.is_symlink() or (lock.exists() and not lock.is_file()):
         remove(lock)
     with FileLock(lock):
+        _remove_partial(folder)
         yield
+
+
+def _remove_partial(folder: Path) -> None:
+    """Remove the files that a process which was killed had half written there."""
+    for path in folder.glob(".*.partial*"):
+        remove(path)
 
 
 def folder_name(text: str) -> str:
@@ -104,7 +112,9 @@ def write_text(path: Path, text: str) -> None:
             file.write(text)
         partial.chmod(0o666 & ~_umask())
         partial.replace(path)
-    except BaseException:
+    except BaseException as error:
+        if isinstance(error, OSError) and error.filename is None:  # of a full disk the system says no place
+            error.filename = str(path)
         partial.unlink(missing_ok=True)
         raise
 
