@@ -20,7 +20,6 @@ from typing import IO, Literal
 
 import psutil
 
-from notabug.adapters import keeper
 from notabug.adapters.base import RendererError
 from notabug.adapters.process_tree import MARK, Tree, adopt_orphans
 from notabug.adapters.trees import replaced, size, states
@@ -32,6 +31,8 @@ _DRAIN = 2.0  # seconds to read what is left in the pipe of a child that has end
 _GRACE = 1.0  # seconds between asking a child to end and ending it
 _LOOK = 0.1  # seconds from one look at a child's memory, processor time and files to the next
 _OUTPUT = 4 << 30  # bytes that a job may write where nothing else is said
+
+_KEEPER = Path(__file__).with_name("keeper.py")  # a program, which only Linux could import
 
 Stopped = Literal["", "time", "cpu", "memory", "output"]
 
@@ -173,7 +174,7 @@ def _start(
     try:
         if has_keeper:
             numbers = (os.getpid(), tell, limits.output, int(limits.cpu) + 1 if limits.cpu else 0)
-            words = [sys.executable, "-I", "-S", keeper.__file__, *map(str, numbers), *words]
+            words = [sys.executable, "-I", "-S", str(_KEEPER), *map(str, numbers), *words]
         child = subprocess.Popen(
             words,
             cwd=folder,

@@ -119,7 +119,7 @@ class Processes:
                 alone, found = deque([suspects.popleft()]), deque[int]()
                 yield from self._round(function, jobs, alone, found, 1)
                 for index in found:
-                    yield index, NotabugError("it ended two processes", where="this machine")
+                    yield index, NotabugError("it ended two processes that did it", where="this job")
 
     def _round(
         self,

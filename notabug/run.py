@@ -28,6 +28,7 @@ from notabug.scenes_usd.errors import FileError, NotabugError, SceneError, is_of
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 from notabug.selection import Choice
+from notabug.shape import NAME, NUMBER, TEXT, WHOLE, Fields, Many, check
 from notabug.tool import fingerprint, tool
 
 SAVING = 0.02  # share of a run's time that its record may take while it goes on
@@ -239,7 +240,7 @@ def _lost(plan: Plan, task: Task, error: Exception) -> Done:
     """The result of a job that never came back."""
     name, choice = task.renderer, task.choice
     if isinstance(error, NotabugError):
-        what = f"the process that did this job ended: {error}"
+        what = str(error)
     elif is_of_files(error):
         what = str(FileError.of(cast(OSError, error)))
     else:
@@ -357,7 +358,7 @@ def _as_asked(kept: Result, blank: Result) -> Result:
 def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Path, keys: dict[str, str]) -> Result:
     from notabug.outcome import judge_pictures  # of no use to a run whose jobs are done elsewhere
 
-    plan = state.plan
+    plan, before = state.plan, states(folder)
     try:
         renders = _renders(folder, keys["render"]) if plan.resume else ()
         if renders:
@@ -391,18 +392,22 @@ def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
         stated = expected(scene).get(blank.renderer, "") if blank.expected else ""
         return replace(blank, verdict=_no_judgement("unsupported", str(error)), expected=stated)
     except NotabugError as error:
-        _keep_log(folder, getattr(error, "log", ""))
+        if not replaced(before):  # a log must not go where a link now leads
+            _keep_log(folder, getattr(error, "log", ""))
         why = (NO_REFERENCE,) if exit_code(error) is ExitCode.REFERENCE else ()
         return replace(blank, verdict=replace(_no_judgement("error", str(error)), triggers=why))
     except Exception as error:  # a defect in one adapter or model must not cost the other results
         if is_of_files(error):
             return replace(blank, verdict=_no_judgement("error", str(FileError.of(cast(OSError, error)))))
-        _keep_log(folder, traceback.format_exc())
+        if not replaced(before):
+            _keep_log(folder, traceback.format_exc())
         what = f"internal error: {type(error).__name__}: {error}; the trace is in {folder / 'log.txt'}"
         return replace(blank, verdict=_no_judgement("error", what))
     return result
 
 
+_PICTURE = {"image": NAME, "seed": WHOLE, "samples": WHOLE, "seconds": NUMBER, "command": Many(TEXT)}
+_RENDERS = Fields({"key": TEXT, "renders": Many(Fields(_PICTURE))})  # of renders.json
 _OF_RENDERS = frozenset({LOCK, "renders", "renders.json", "log.txt"})  # what another judge's result is made from
 
 
@@ -445,12 +450,13 @@ def _renders(folder: Path, key: str) -> tuple[Render, ...]:
     if stored.get("key") != key:
         return ()
     try:
-        renders = tuple(
-            Render(folder / each["image"], each["seed"], each["samples"], each["seconds"], tuple(each["command"]))
-            for each in stored["renders"]
-        )
-    except (KeyError, TypeError):
+        check(stored, _RENDERS, str(folder))
+    except RecordError:
         return ()
+    renders = tuple(
+        Render(folder / each["image"], each["seed"], each["samples"], each["seconds"], tuple(each["command"]))
+        for each in stored["renders"]
+    )
     there = all(each.image.is_file() and each.image.resolve().is_relative_to(folder.resolve()) for each in renders)
     return renders if there and not (folder / "renders").is_symlink() else ()
 

@@ -13,7 +13,7 @@ import pytest
 
 import notabug.run
 from notabug.adapters import trees
-from notabug.adapters.base import Quality, Render
+from notabug.adapters.base import Quality, Render, RendererError
 from notabug.scenes_usd.errors import FileError, is_of_files
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader import find
@@ -247,3 +247,36 @@ def test_a_bad_scene_costs_the_others_nothing(door: Any, tmp_path: Path, monkeyp
     assert "nested too deep" in found["deep"]["message"]
     assert "outside of the scene's folder" in found["outside"]["message"]
     assert door.run("deep.usda") == 2
+
+
+def test_no_log_is_written_through_a_link_that_a_failing_renderer_left(door: Any, tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+
+    def fails(scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        del quality
+        if scene.id == "terminator/sphere":
+            job = out.parent
+            trees.remove(job)
+            job.symlink_to(tmp_path / "mine")
+            error = RendererError("it crashed")
+            error.log = "its log"
+            raise error
+        return draw(scene, out, Quality())
+
+    draw = door.grey.render
+    door.patch.setattr(door.grey, "render", fails)
+    assert door.run("terminator/sphere") == 3
+    assert not list((tmp_path / "mine").iterdir())
+    door.patch.setattr(door.grey, "render", draw)
+    assert door.run("terminator/sphere") == 0
+    assert not list((tmp_path / "mine").iterdir())
+
+
+@pytest.mark.parametrize("value", ["[]", "{}", '[{"image": 3}]', '"x"', '[{"image": "a\\u0000b"}]'])
+def test_a_list_of_pictures_of_another_shape_is_drawn_anew(door: Any, value: str) -> None:
+    assert door.run("terminator/sphere") == 0
+    (path,) = door.out.glob("terminator/sphere/*/grey/renders.json")
+    stored = json.loads(path.read_text())
+    path.write_text(json.dumps({**stored, "renders": json.loads(value)}))
+    path.with_name("result.json").unlink()
+    assert door.run("terminator/sphere") == 0
