@@ -26,7 +26,7 @@ from notabug.printable import escaped
 from notabug.progress import console
 from notabug.tool import fingerprint, tool
 
-FULL = {"pictures": 40_000, "records": 30_000, "scenes": 10_000, "configurations": 10_000, "expectations": 10_000}
+FULL = {"pictures": 10_000, "records": 50_000, "scenes": 10_000, "configurations": 15_000, "expectations": 15_000}
 QUICK = dict.fromkeys(KINDS, 200)
 BATCH = 500
 SECONDS = 20.0  # of processor time for one case

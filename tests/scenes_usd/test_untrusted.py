@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import notabug.scenes_usd.fence as fence
 import notabug.scenes_usd.untrusted as untrusted
+from notabug.scenes_usd import picture
 from notabug.scenes_usd.catalogue import expected
 from notabug.scenes_usd.errors import NotabugError, SceneError
 from notabug.scenes_usd.fence import OutsideError
@@ -152,6 +153,39 @@ def test_no_way_leads_to_a_foreign_file_and_none_quotes_it(
     path = write(BASE.replace('"point" {\n', f'"point" (\n            {HIDDEN[how]}\n        ) {{\n'))  # not chosen
     with pytest.raises(OutsideError):
         read_scene(path)
+
+
+@pytest.mark.parametrize(
+    "texture",
+    [
+        "./link.png",
+        "./linked/secret.png",
+        "../secret.png",
+        "./tile.<UDIM>.png",
+        '`"${P}"`',
+        "{folder}/secret.png",
+        "./package.usdz[../secret.png]",
+        "file:///{folder}/secret.png",
+    ],
+)
+@pytest.mark.usefixtures("unfenced")
+def test_no_texture_outside_is_opened(
+    texture: str, write: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    corpus = find("calibration/card").parent / "textures" / "card.png"
+    for name in ("secret.png", "scene/package.usdz"):
+        (tmp_path / name).write_bytes(corpus.read_bytes())
+    for name in ("link.png", "tile.1001.png"):
+        (tmp_path / "scene" / name).symlink_to(tmp_path / "secret.png")
+    (tmp_path / "scene" / "linked").symlink_to(tmp_path)
+    opened: list[Path] = []
+    monkeypatch.setattr(picture, "_open", lambda path: opened.append(path) or 1 / 0)
+    named = texture.format(folder=tmp_path) if "{folder}" in texture else texture
+    text = CARD.replace("./textures/card.png", named)
+    text = text.replace("(\n", '(\n    expressionVariables = {\n        string P = "../secret.png"\n    }\n', 1)
+    with pytest.raises(SceneError):
+        read_scene(write(text))
+    assert not opened
 
 
 @pytest.mark.usefixtures("unfenced")
