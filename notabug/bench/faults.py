@@ -168,4 +168,4 @@ def _show(done: dict[str, Record], path: Path) -> None:
 
 
 if __name__ == "__main__":
-    take(sys.argv[1], *map(int, sys.argv[2:5]), Path(sys.argv[5]))
+    take(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]), Path(sys.argv[5]))
