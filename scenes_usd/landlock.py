@@ -24,6 +24,15 @@ _OF_FILES = _EXECUTE | _WRITE_FILE | _READ_FILE  # what a rule for a file may ho
 _ALL_OF_VERSION_1 = (1 << 13) - 1  # these, and removing and making of every kind
 
 
+SYSTEM = ("/usr", "/lib", "/lib64", "/opt", "/nix", "/proc", "/sys", "/dev", "/etc/ld.so.cache", "/etc/localtime")
+
+
+def programs() -> set[Path]:
+    """Where Python, its packages, this one and the system's libraries are: every child must be able to read them."""
+    named = {Path(each) for each in (sys.prefix, sys.base_prefix, *sys.path, *SYSTEM) if each}
+    return named | {Path(__file__).resolve().parents[1]}  # which an editable installation has elsewhere
+
+
 class _Rights(ctypes.Structure):
     _fields_ = (("handled", ctypes.c_uint64),)
 

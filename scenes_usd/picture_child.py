@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from notabug.scenes_usd.landlock import confine
+from notabug.scenes_usd.landlock import confine, programs
 from notabug.scenes_usd.picture_header import PictureError
 
 SECONDS = 20  # of processor time
@@ -66,9 +66,7 @@ def main(request: Path) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1))
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY + _PROGRAM, MEMORY + _PROGRAM))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    system = ("/usr", "/lib", "/lib64", "/opt", "/nix", "/proc", "/sys", "/dev")
-    readable = (sys.prefix, sys.base_prefix, *sys.path, *system, asked["path"])
-    confine([Path(each) for each in readable if each], [request.parent])
+    confine(programs() | {path}, [request.parent])
     answer: dict[str, Any]
     try:
         if asked["header"]:

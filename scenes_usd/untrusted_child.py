@@ -21,11 +21,9 @@ from pathlib import Path
 
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.fence import OutsideError, layers_of
-from notabug.scenes_usd.landlock import confine
+from notabug.scenes_usd.landlock import confine, programs
 from notabug.scenes_usd.reader_stage import read_stage
 from notabug.scenes_usd.untrusted import MEMORY, SECONDS
-
-_SYSTEM = ("/usr", "/lib", "/lib64", "/opt", "/nix", "/proc", "/sys", "/dev", "/etc/ld.so.cache", "/etc/localtime")
 
 
 def main(paths: Sequence[Path]) -> None:
@@ -35,8 +33,7 @@ def main(paths: Sequence[Path]) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1))
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    readable = {Path(each) for each in (sys.prefix, sys.base_prefix, *sys.path, *_SYSTEM) if each}
-    confine(readable | {path.parent for path in paths}, [Path(tempfile.gettempdir()), Path(os.devnull)])
+    confine(programs() | {path.parent for path in paths}, [Path(tempfile.gettempdir()), Path(os.devnull)])
     for path in paths:
         sys.stdout.write(json.dumps(_tried(path)) + "\n")
         sys.stdout.flush()
