@@ -42,7 +42,7 @@ app = typer.Typer(
     help="Is it a rendering bug, or really not? Renders canonical scenes and says of every picture whether it is "
     "correct, shows an expected limitation, or a genuine bug.",
     epilog="Exit codes: 0 nothing worse than accepted, 1 bug, 2 usage, 3 renderer error, 4 missing reference, 5 "
-    "nothing selected, 70 a defect of notabug.",
+    "nothing selected, 70 a defect of notabug, 130 or 143 stopped by a signal.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
