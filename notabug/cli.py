@@ -479,6 +479,8 @@ def main() -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python complains of it at its end
         sys.exit(ExitCode.OK)
     except (KeyboardInterrupt, typer.Abort, Stopped) as error:
+        with contextlib.suppress(OSError):
+            sys.stderr.write("notabug: stopped\n")
         sys.exit(exit_state(error))
     except Exception as error:
         sys.exit(_told(error))

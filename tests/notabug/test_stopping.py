@@ -118,6 +118,7 @@ def test_a_command_that_is_interrupted_is_no_bug(door: Any, monkeypatch: pytest.
 
         monkeypatch.setattr("notabug.listing.command", stop)
         assert door("list") == code
+        assert door.stderr == "notabug: stopped\n"
 
 
 def test_results_of_other_processes_are_collected(door: Any, monkeypatch: pytest.MonkeyPatch) -> None:
