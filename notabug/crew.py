@@ -214,6 +214,9 @@ def prepare(*more: str) -> str:
     return "forkserver"
 
 
+_LONGEST = (
+    85  # bytes of a folder in which a socket, "listener-" and eight letters, has a place: macOS allows 104 in all
+)
 _SOCKETS = "notabug-crew-"  # and a process's number: the temporary folder of its sockets
 
 
@@ -230,8 +233,12 @@ def _own_temporary_folder() -> None:
             number = path.name.removeprefix(_SOCKETS).partition("-")[0]
             if number.isdecimal() and not psutil.pid_exists(int(number)) and path.stat().st_uid == os.geteuid():
                 remove(path)
-        configuration["tempdir"] = tempfile.mkdtemp(prefix=f"{_SOCKETS}{os.getpid()}-")
-        atexit.register(_remove_own, Path(configuration["tempdir"]), os.getpid())
+        folder = tempfile.mkdtemp(prefix=f"{_SOCKETS}{os.getpid()}-")
+        if len(os.fsencode(folder)) > _LONGEST:  # the name that multiprocessing would give is shorter
+            remove(Path(folder))
+            return
+        configuration["tempdir"] = folder
+        atexit.register(_remove_own, Path(folder), os.getpid())
 
 
 def _remove_own(folder: Path, process: int) -> None:
