@@ -20,6 +20,7 @@ from notabug.adapters.job_folder import job_folder, picture_path
 from notabug.adapters.process import DEFAULT, Ended, Limits, failure, made_picture, run_child
 from notabug.adapters.requirements import check_supported
 from notabug.adapters.settings import filled
+from notabug.adapters.trees import remove
 from notabug.scenes_usd.picture import PictureError, read_header, read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
 
@@ -102,7 +103,7 @@ class Command:
     def _once(self, scene: Scene, source: Path, out: Path, seed: int, samples: int, quality: Quality) -> Render:
         folder = source.parent
         picture = folder / _PICTURES / f"image{seed}.{self.image}"
-        shutil.rmtree(picture.parent, ignore_errors=True)  # of a call that failed
+        remove(picture.parent)  # of a call that failed
         picture.parent.mkdir(exist_ok=True)
         values = {
             "scene": str(source),
@@ -124,7 +125,7 @@ class Command:
             limits=self.limits,
         )
         if ended.stopped == "output":
-            shutil.rmtree(folder, ignore_errors=True)
+            remove(folder)
         ended.check(self.name)
         self._check(picture, (scene.width, scene.height), began, ended)
         return Render(self._keep(picture, out, seed, ended), seed, samples, ended.seconds, ended.command, ended.log)
@@ -170,6 +171,7 @@ class Command:
     def _keep(self, picture: Path, out: Path, seed: int, ended: Ended) -> Path:
         if not self.srgb and not self.layer:
             kept = out / f"seed{seed}.{self.image}"
+            remove(kept)
             picture.replace(kept)
             return kept
         kept = picture_path(out, "linear", seed)

@@ -3,6 +3,7 @@
 The file is looked for in the working directory and then in each folder above it. In one folder ``notabug.toml`` is
 taken before ``pyproject.toml``, and a ``pyproject.toml`` without a table ``tool.notabug`` does not count. The first
 file found is the only one read: nothing is merged from folders above it. ``NOTABUG_CONFIG`` names a file instead.
+A file that is found and that another user may have written is refused; one that is named is not.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.ownership import how_to_allow, why_foreign
 
 VARIABLE = "NOTABUG_CONFIG"
 FILE, SHARED = "notabug.toml", "pyproject.toml"
@@ -67,10 +69,26 @@ def find_config(start: Path | None = None) -> Path | None:
     for folder in (here, *here.parents):
         own, shared = folder / FILE, folder / SHARED
         if own.is_file():
-            return own
+            return _ours(own)
         if shared.is_file() and b"notabug" in _read(shared) and "notabug" in _parse(shared).get("tool", {}):
-            return shared
+            return _ours(shared)
     return None
+
+
+def _ours(path: Path) -> Path:
+    """``path``; raises ConfigError where somebody else may have written it: it names programs that this user runs."""
+    try:
+        why = why_foreign(path)
+        if why:
+            raise ConfigError(
+                "a configuration that may be somebody else's is not read",
+                where=str(path),
+                got=why,
+                do=f"{how_to_allow(path)}; or set {VARIABLE} to the file that is meant",
+            )
+    except OSError as error:
+        raise ConfigError("cannot be read", where=str(path), got=error.strerror or str(error)) from error
+    return path
 
 
 def read_config(path: Path) -> Table:

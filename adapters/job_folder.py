@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import shutil
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+
+from notabug.adapters.trees import remove
 
 
 @contextlib.contextmanager
@@ -18,11 +19,12 @@ def job_folder(out: Path, name: str, *, keep: bool = False) -> Iterator[Path]:
     folder = Path(tempfile.mkdtemp(prefix=f"{name}-job-", dir=out.resolve()))
     yield folder
     if not keep:
-        shutil.rmtree(folder, ignore_errors=True)
+        with contextlib.suppress(OSError):
+            remove(folder)
 
 
 def picture_path(out: Path, name: str, seed: int) -> Path:
     """Where the picture of the adapter ``name`` for ``seed`` goes; an older one there is removed."""
     path = out / f"{name}-seed{seed}.exr"
-    path.unlink(missing_ok=True)
+    remove(path)
     return path

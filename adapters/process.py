@@ -22,6 +22,7 @@ import psutil
 
 from notabug.adapters.base import RendererError
 from notabug.adapters.process_tree import MARK, Tree, adopt_orphans
+from notabug.adapters.trees import replaced, size, states
 
 LOG_BYTES = 1 << 16  # of a longer log the last bytes are kept: that is where the reason for a failure stands
 _QUOTED_LINES = 12  # of the log, in an error's message
@@ -30,6 +31,8 @@ _DRAIN = 2.0  # seconds to read what is left in the pipe of a child that has end
 _GRACE = 1.0  # seconds between asking a child to end and ending it
 _LOOK = 0.1  # seconds from one look at a child's memory, processor time and files to the next
 _OUTPUT = 4 << 30  # bytes that a job may write where nothing else is said
+
+_KEEPER = Path(__file__).with_name("keeper.py")  # a program, which only Linux could import
 
 Stopped = Literal["", "time", "cpu", "memory", "output"]
 
@@ -127,43 +130,71 @@ def run_child(
     started is an error here; the caller looks at the exit with ``Ended.check``.
     """
     adopt_orphans()
-    tree = Tree()
+    tree, before = Tree(), states(folder.absolute())[1:]
     started = time.perf_counter()
     try:
-        child = subprocess.Popen(
-            list(command),
-            cwd=folder,
-            env={**os.environ, **(environment or {}), MARK: tree.mark},
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )
+        child, told = _start(command, folder, {**os.environ, **(environment or {}), MARK: tree.mark}, limits)
     except (OSError, ValueError) as error:  # ValueError: a null byte
-        raise failure(
-            f"cannot start {command[0]}",
-            where=where,
-            got=getattr(error, "strerror", None) or str(error),
-            do="is it executable?",
-        ) from error
+        raise _not_started(command, where, getattr(error, "strerror", None) or str(error)) from error
     tree.root = child.pid
     assert child.stdout is not None
     log = _Log(child.stdout)
     try:
-        _restrict(child.pid, limits)
         stopped = _watch(child, log, tree, folder, started + timeout, limits)
-        if stopped:
-            _ask_to_end(child)
     finally:
+        if child.poll() is None:
+            _ask_to_end(child)
         _kill_group(child.pid)
         child.wait()
         tree.kill()
         log.drain()
-    if not stopped and limits.output and _bytes_in(folder, limits.output) >= limits.output:
+        said = told.read().split()
+        told.close()
+    if said[:1] == ["failed"]:
+        raise _not_started(command, where, os.strerror(int(said[1])))
+    code = os.waitstatus_to_exitcode(int(said[1])) if said else child.returncode
+    seconds = float(said[2]) if said else time.perf_counter() - started
+    if gone := replaced(before):
+        raise failure(
+            f"it replaced a folder of the run, {gone}", where=where, log=log.text(), do="correct the renderer"
+        )
+    if not stopped and limits.output and size(folder, limits.output) >= limits.output:
         stopped = "output"  # the system let no more be written, and the child may have taken it for any error
-    elif not stopped and child.returncode == -signal.SIGXCPU:
+    elif not stopped and code == -signal.SIGXCPU:
         stopped = "cpu"
-    return Ended(tuple(command), child.returncode, stopped, time.perf_counter() - started, log.text())
+    return Ended(tuple(command), code, stopped, seconds, log.text())
+
+
+def _start(
+    command: Sequence[str], folder: Path, environment: Mapping[str, str], limits: Limits
+) -> tuple[subprocess.Popen[bytes], IO[str]]:
+    """``command`` as a process, and what its keeper tells of its end; no word where the system has no keeper."""
+    has_keeper = sys.platform.startswith("linux") and bool(sys.executable)
+    words, told, tell = list(command), *os.pipe()
+    try:
+        if has_keeper:
+            numbers = (os.getpid(), tell, limits.output, int(limits.cpu) + 1 if limits.cpu else 0)
+            words = [sys.executable, "-I", "-S", str(_KEEPER), *map(str, numbers), *words]
+        child = subprocess.Popen(
+            words,
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+            pass_fds=(tell,) if has_keeper else (),
+        )
+    except BaseException:
+        os.close(told)
+        raise
+    finally:
+        os.close(tell)
+    return child, os.fdopen(told, encoding="ascii")
+
+
+def _not_started(command: Sequence[str], where: str, got: str) -> RendererError:
+    return failure(f"cannot start {command[0]}", where=where, got=got, do="is it executable?")
 
 
 def made_picture(path: Path, *, where: str, log: str) -> Path:
@@ -239,33 +270,7 @@ def _broken(tree: Tree, folder: Path, limits: Limits) -> Stopped:
         return "memory"
     if limits.cpu and seconds > limits.cpu:
         return "cpu"
-    return "output" if limits.output and _bytes_in(folder, limits.output) > limits.output else ""
-
-
-def _bytes_in(folder: Path, enough: int) -> int:
-    """The size of all files below ``folder``; counting stops at ``enough``."""
-    total = 0
-    for inner, _, files in os.walk(folder):
-        for name in files:
-            with contextlib.suppress(OSError):
-                total += os.lstat(os.path.join(inner, name)).st_blocks * 512  # noqa: PTH118 - a path for each is slow
-        if total > enough:
-            break
-    return total
-
-
-def _restrict(pid: int, limits: Limits) -> None:
-    """Limits that the system itself keeps, for the child and each process it starts; not everywhere."""
-    if not sys.platform.startswith("linux"):
-        return
-    import resource
-
-    with contextlib.suppress(ProcessLookupError, PermissionError, ValueError):
-        if limits.output:
-            resource.prlimit(pid, resource.RLIMIT_FSIZE, (limits.output, limits.output))
-        if limits.cpu:
-            whole = int(limits.cpu) + 1
-            resource.prlimit(pid, resource.RLIMIT_CPU, (whole, whole + 1))
+    return "output" if limits.output and size(folder, limits.output) > limits.output else ""
 
 
 def _ask_to_end(child: subprocess.Popen[bytes]) -> None:
@@ -273,7 +278,7 @@ def _ask_to_end(child: subprocess.Popen[bytes]) -> None:
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(child.pid, signal.SIGTERM)
     with contextlib.suppress(subprocess.TimeoutExpired):
-        child.wait(_GRACE)
+        child.wait(2.0 * _GRACE)  # its keeper gives it one, and then kills
 
 
 def _kill_group(leader: int) -> None:

@@ -76,6 +76,7 @@ class Tree:
         for _ in range(_ROUNDS):
             live = [each for each in self.members() if each.pid != self.root]
             if not live:
+                self._collect()
                 return
             for each in live:
                 with contextlib.suppress(psutil.Error):
@@ -83,6 +84,14 @@ class Tree:
             time.sleep(_PAUSE)
             for each in live:
                 with contextlib.suppress(ChildProcessError):  # a grandchild: its parent collects it, or we do next time
+                    os.waitpid(each.pid, os.WNOHANG)
+
+    def _collect(self) -> None:
+        """Collect the dead that came here since nobody below waited for them: those seen, and those of its session."""
+        for each in psutil.Process().children():
+            with contextlib.suppress(psutil.Error, OSError):
+                dead = each.status() == psutil.STATUS_ZOMBIE and each.pid != self.root
+                if dead and (each.pid in self.seen or os.getsid(each.pid) == self.root):
                     os.waitpid(each.pid, os.WNOHANG)
 
 

@@ -25,6 +25,7 @@ from notabug.folders import write_json
 from notabug.metrics.calibration import Reading, read_card
 from notabug.metrics.verdict import Verdict
 from notabug.outcome import judge_pictures
+from notabug.printable import escaped
 from notabug.progress import console
 from notabug.references.cache import cache_root
 from notabug.references.predict import predict
@@ -63,7 +64,7 @@ def command(renderers: Sequence[str], samples: int, timeout: float, fresh: bool,
     quality = Quality(samples=samples, timeout=timeout)
     results = [calibrate(each, there, quality, fresh=fresh) for each, there in found.values()]
     if as_json:
-        print(json.dumps({"calibration": [asdict(each) for each in results]}, ensure_ascii=False))
+        print(escaped(json.dumps({"calibration": [asdict(each) for each in results]}, ensure_ascii=False)))
     else:
         for each in results:
             _show(each)

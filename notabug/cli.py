@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
+import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, cast
 
 import typer
 
 from notabug import __version__
+from notabug.ending import Stopped, exit_state, report_defect, signals_as_exceptions
 from notabug.exit_codes import ExitCode, exit_code
 from notabug.options import (
     Bench,
@@ -32,14 +35,14 @@ from notabug.options import (
     Variant,
     Variants,
 )
-from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.errors import FileError, NotabugError, is_of_files
 
 app = typer.Typer(
     name="notabug",
     help="Is it a rendering bug, or really not? Renders canonical scenes and says of every picture whether it is "
     "correct, shows an expected limitation, or a genuine bug.",
     epilog="Exit codes: 0 nothing worse than accepted, 1 bug, 2 usage, 3 renderer error, 4 missing reference, 5 "
-    "nothing selected, 70 a defect of notabug.",
+    "nothing selected, 70 a defect of notabug, 130 or 143 stopped by a signal.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -276,7 +279,9 @@ def bench(
     renderer: Renderers = None,
     resume: Annotated[bool, typer.Option(help="Keep what was measured with the same code.")] = True,
     scenes: Annotated[int, typer.Option(min=0, help="Random scenes (generality); 0: 400, of a sample 20.")] = 0,
-    seed: Annotated[int, typer.Option(min=0, help="Of the random scenes (generality).")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Of the random scenes (generality), or of what is damaged (faults).")
+    ] = 0,
     part: Annotated[
         list[BenchPart] | None,
         typer.Option("--part", help="Of generality; again for more. Default: scenes."),
@@ -287,7 +292,12 @@ def bench(
 ) -> None:
     """Measure what notabug costs (speed), how well it judges (verdict), whether it is right on scenes outside the
     corpus (generality), and of renderers: error over time (efficiency), where they break (stability), and which
-    relations between pictures they break (metamorphic)."""
+    relations between pictures they break (metamorphic). How damaged pictures, scenes, configurations and records are
+    taken (faults)."""
+    if what is not Bench.speed:  # which writes no files
+        from notabug.own_folder import claim
+
+        claim(out, "bench")
     if what is Bench.generality:
         from notabug.bench.generality.command import command as generality
 
@@ -304,6 +314,10 @@ def bench(
             out=out,
         )
         raise typer.Exit(code)
+    if what is Bench.faults:
+        from notabug.bench.faults import command as faults
+
+        raise typer.Exit(faults(quick=quick, seed=seed, out=out, resume=resume, as_json=as_json))
     if what is Bench.verdict:
         from notabug.bench.verdict.command import command as verdict
 
@@ -385,11 +399,14 @@ def accept(
 def merge(
     folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of runs, such as shards.")],
     out: Annotated[Path, typer.Option(help="The folder to make.")],
+    partial: Annotated[
+        bool, typer.Option("--partial", help="Also where a shard, the end of a run or a picture is missing.")
+    ] = False,
 ) -> None:
     """Make one run of several, pictures and all."""
     from notabug.merging import command
 
-    raise typer.Exit(command(folders, out))
+    raise typer.Exit(command(folders, out, partial))
 
 
 @app.command()
@@ -454,33 +471,41 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
     try:
-        app()
-    except NotabugError as error:
-        from rich.console import Console
-        from rich.text import Text
-
-        line = Text("notabug: ", style="bold red").append(" ".join(str(error).split()), style="default not bold")
-        Console(stderr=True, soft_wrap=True).print(line)
-        sys.exit(exit_code(error))
+        with signals_as_exceptions():
+            code = app(standalone_mode=False)  # by itself typer ends with 1, a renderer's bug, where output is closed
+            sys.stdout.flush()
     except BrokenPipeError:  # the reader of our output went away
-        sys.stderr.close()
+        with contextlib.suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python complains of it at its end
         sys.exit(ExitCode.OK)
-    except Exception as error:  # exit code 1, Python's own for any error, would tell of a renderer's bug
-        sys.stderr.write(f"notabug: internal error: {type(error).__name__}: {error}; {_saved_trace()}\n")
-        sys.exit(ExitCode.INTERNAL)
+    except (KeyboardInterrupt, typer.Abort, Stopped) as error:
+        with contextlib.suppress(OSError):
+            sys.stderr.write("notabug: stopped\n")
+        sys.exit(exit_state(error))
+    except Exception as error:
+        sys.exit(_told(error))
+    sys.exit(code or ExitCode.OK)
 
 
-def _saved_trace() -> str:
-    """Where the trace of the error in hand was saved; the trace itself where nothing can be written."""
-    import tempfile
-    import traceback
+def _told(error: Exception) -> int:
+    """Say what ``error`` is in one line; the exit code."""
+    if hasattr(error, "exit_code") and hasattr(error, "show"):  # typer's own, of words that it does not understand
+        from typer.rich_utils import rich_format_error
 
-    try:
-        with tempfile.NamedTemporaryFile("w", prefix="notabug-", suffix=".log", delete=False, encoding="utf-8") as log:
-            log.write(f"{sys.argv}\n{traceback.format_exc()}")
-            return f"please report it with the trace in {log.name}"
-    except OSError:
-        return f"please report it\n{traceback.format_exc()}"
+        rich_format_error(cast(Any, error))
+        return int(error.exit_code)
+    if is_of_files(error):
+        assert isinstance(error, OSError)
+        error = FileError.of(error)
+    if not isinstance(error, NotabugError):
+        return report_defect(error)
+    from rich.text import Text
+
+    from notabug.progress import console
+
+    line = Text("notabug: ", style="bold red").append(" ".join(str(error).split()), style="default not bold")
+    console(stderr=True).print(line, soft_wrap=True)
+    return exit_code(error)
 
 
 if __name__ == "__main__":

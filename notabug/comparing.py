@@ -10,9 +10,9 @@ from rich.table import Table
 from rich.text import Text
 
 from notabug.exit_codes import ExitCode
+from notabug.printable import escaped
 from notabug.progress import console
-from notabug.record import Result
-from notabug.report.page import load
+from notabug.record import Result, load
 from notabug.words import STYLE, area, finding_names, number, strongest
 
 RANK = {"pass": 0, "limitation": 1, "unsupported": 2, "inconclusive": 3, "error": 4, "bug": 5}
@@ -66,7 +66,11 @@ def command(before: Path, after: Path, as_json: bool) -> ExitCode:
     runs = [[Result.from_dict(each) for each in load(folder)["results"]] for folder in (before, after)]
     changes = compare(*runs)
     if as_json:
-        print(json.dumps({"changes": [asdict(each) | {"worse": each.worse} for each in changes]}, ensure_ascii=False))
+        print(
+            escaped(
+                json.dumps({"changes": [asdict(each) | {"worse": each.worse} for each in changes]}, ensure_ascii=False)
+            )
+        )
     elif changes:
         console().print(_table(changes))
     worse = sum(each.worse for each in changes)

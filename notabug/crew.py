@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
+import atexit
 import concurrent.futures
+import logging
 import multiprocessing
 import os
 import signal
 import sys
+import tempfile
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -14,9 +18,13 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from multiprocessing.synchronize import Semaphore
+from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, ClassVar, Protocol, TypeVar
 
+import psutil
+
+from notabug.adapters.trees import remove
 from notabug.scenes_usd.cache_folder import CacheError, cache_root
 from notabug.scenes_usd.errors import NotabugError, SelectionError
 
@@ -26,6 +34,10 @@ GRACE = 5.0  # seconds in which a process that is told to end must have done so
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
 _NEEDED = "notabug.preload"
 JOBS_PER_PROCESS = 4  # a process takes some seconds to start: with fewer jobs for it, it is not worth starting
+
+
+class ClusterLostError(NotabugError):
+    """The cluster that did the jobs of a run is out of reach."""
 
 
 class Crew(Protocol):
@@ -63,7 +75,12 @@ class Alone:
 
     def each(self, function: Callable[[Job], Made], jobs: Sequence[Job]) -> Iterator[tuple[int, Made | Exception]]:
         for index, job in enumerate(jobs):
-            yield index, function(job)
+            made: Made | Exception
+            try:
+                made = function(job)
+            except Exception as error:
+                made = error
+            yield index, made
 
     def __enter__(self) -> Alone:
         return self
@@ -102,7 +119,7 @@ class Processes:
                 alone, found = deque([suspects.popleft()]), deque[int]()
                 yield from self._round(function, jobs, alone, found, 1)
                 for index in found:
-                    yield index, NotabugError("it ended two processes", where="this machine")
+                    yield index, NotabugError("it ended two processes that did it", where="this job")
 
     def _round(
         self,
@@ -181,6 +198,7 @@ def prepare(*more: str) -> str:
     from multiprocessing import forkserver
 
     forkserver.set_forkserver_preload([_NEEDED, *more])
+    _own_temporary_folder()
     with suppress(CacheError):  # where a temporary cache is needed all processes share one; who uses it tells the error
         cache_root()
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
@@ -194,6 +212,39 @@ def prepare(*more: str) -> str:
             else:
                 os.environ[name] = value
     return "forkserver"
+
+
+_LONGEST = (
+    85  # bytes of a folder in which a socket, "listener-" and eight letters, has a place: macOS allows 104 in all
+)
+_SOCKETS = "notabug-crew-"  # and a process's number: the temporary folder of its sockets
+
+
+def _own_temporary_folder() -> None:
+    """Have multiprocessing keep its sockets in a folder that tells whose it is, and remove those of the dead.
+
+    A process that is killed cannot remove its own.
+    """
+    configuration = getattr(multiprocessing.current_process(), "_config", {})
+    if configuration.get("tempdir") is not None:
+        return
+    with suppress(OSError):
+        for path in Path(tempfile.gettempdir()).glob(f"{_SOCKETS}*"):
+            number = path.name.removeprefix(_SOCKETS).partition("-")[0]
+            if number.isdecimal() and not psutil.pid_exists(int(number)) and path.stat().st_uid == os.geteuid():
+                remove(path)
+        folder = tempfile.mkdtemp(prefix=f"{_SOCKETS}{os.getpid()}-")
+        if len(os.fsencode(folder)) > _LONGEST:  # the name that multiprocessing would give is shorter
+            remove(Path(folder))
+            return
+        configuration["tempdir"] = folder
+        atexit.register(_remove_own, Path(folder), os.getpid())
+
+
+def _remove_own(folder: Path, process: int) -> None:
+    if os.getpid() == process:  # and not a child that was forked
+        with suppress(OSError):
+            remove(folder)
 
 
 _places: Semaphore | None = None
@@ -250,6 +301,7 @@ class Cluster:
         self._address = address
         self._stack = ExitStack()
         self._executor: Executor | None = None
+        self._lost = False
         self.at_once = 1
 
     def document(self) -> dict[str, Any]:
@@ -258,12 +310,21 @@ class Cluster:
     def each(self, function: Callable[[Job], Made], jobs: Sequence[Job]) -> Iterator[tuple[int, Made | Exception]]:
         if self._executor is None:
             raise RuntimeError("the cluster is not open")
-        futures = {self._executor.submit(function, job): index for index, job in enumerate(jobs)}
-        for future in concurrent.futures.as_completed(futures):
-            error = future.exception()
-            if error is not None and not isinstance(error, Exception):
-                raise error
-            yield futures[future], future.result() if error is None else error
+        try:
+            futures = {self._executor.submit(function, job): index for index, job in enumerate(jobs)}
+            for future in concurrent.futures.as_completed(futures):
+                error = future.exception()
+                if error is not None and not isinstance(error, Exception):
+                    raise error
+                yield futures[future], future.result() if error is None else error
+        except (concurrent.futures.CancelledError, asyncio.CancelledError, OSError) as error:
+            self._lost = True
+            raise ClusterLostError(
+                "the Dask scheduler is out of reach",
+                where=f"--executor dask://{self._address}",
+                got=type(error).__name__,
+                do="start it again, and run the same command: it goes on from the finished results",
+            ) from error
 
     def __enter__(self) -> Cluster:
         try:
@@ -272,6 +333,7 @@ class Cluster:
             raise SelectionError(
                 "Dask is not installed", where="--executor", do="pip install 'notabug[dask]'"
             ) from None
+        _silence("distributed", "tornado", "asyncio")  # which tell of a lost scheduler in many traces
         try:
             dask: Any = distributed
             client = self._stack.enter_context(dask.Client(f"tcp://{self._address}", timeout=10))
@@ -285,9 +347,20 @@ class Cluster:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if self._lost:  # whatever closing it says is no news
+            with suppress(Exception):
+                self._stack.close()
+            return
         if self._executor is not None:
             self._executor.shutdown(wait=error is None)  # without waiting it drops what is not done
         self._stack.close()
+
+
+def _silence(*packages: str) -> None:
+    """Let the loggers of ``packages``, which have levels and handlers of their own, say nothing."""
+    for name in [*packages, *logging.root.manager.loggerDict]:
+        if name.partition(".")[0] in packages:
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 def crew(executor: str, at_once: int, jobs: int) -> tuple[Crew, int]:

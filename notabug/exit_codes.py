@@ -11,7 +11,7 @@ class ExitCode(IntEnum):
     OK = 0  # Nothing is worse than what is accepted.
     BUG = 1  # At least one picture holds a bug that nobody has accepted.
     USAGE = 2  # The command, a scene or a picture was not usable; nothing was judged for it.
-    RENDERER = 3  # A renderer failed, did not pass calibration, or is required and not installed.
+    RENDERER = 3  # A renderer failed, did not pass calibration, or is required and not installed; a cluster was lost.
     REFERENCE = 4  # A reference is missing, holds NaN or Inf, or does not match its scene.
     NOTHING = 5  # The selection holds no job: no scene matches, or no renderer is installed.
     INTERNAL = 70  # A defect of notabug itself (EX_SOFTWARE of sysexits.h): it says nothing of any picture.
@@ -21,6 +21,7 @@ class ExitCode(IntEnum):
 _BY_ERROR = {
     "NothingSelectedError": ExitCode.NOTHING,
     "RendererError": ExitCode.RENDERER,
+    "ClusterLostError": ExitCode.RENDERER,
     "RendererMissingError": ExitCode.RENDERER,
     "ReferenceMissingError": ExitCode.REFERENCE,
     "ReferenceNotFiniteError": ExitCode.REFERENCE,

@@ -39,7 +39,7 @@ def parse(text: str, where: str = NAME) -> tuple[Entry, ...]:
     """The entries that ``text`` holds."""
     try:
         document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise ExpectationError("not valid TOML", where=where, got=str(error)) from error
     tables = document.get("accepted", [])
     if set(document) - {"accepted"} or not isinstance(tables, list):

@@ -8,6 +8,7 @@ from pathlib import Path
 from notabug.adapters.export.formats import export
 from notabug.exit_codes import ExitCode
 from notabug.folders import scene_folder
+from notabug.own_folder import claim
 from notabug.progress import console
 from notabug.scenes_usd.reader import read_scene
 from notabug.selection import choose, parse_variants
@@ -15,6 +16,7 @@ from notabug.selection import choose, parse_variants
 
 def command(scenes: Sequence[str], variants: Sequence[str], every_variant: bool, kind: str, out: Path) -> ExitCode:
     """Write the selection as ``kind`` below ``out`` and print what a renderer is to open, a line each."""
+    claim(out, "export")
     for choice in choose(scenes, parse_variants(variants), every_variant=every_variant):
         scene = read_scene(choice.source, choice.variants)
         folder = scene_folder(out, choice.folder or choice.id, scene.variant)

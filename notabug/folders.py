@@ -6,14 +6,18 @@ import hashlib
 import json
 import os
 import re
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from filelock import FileLock, Timeout
 
-from notabug.scenes_usd.errors import NotabugError
+from notabug.adapters.trees import make, remove
+from notabug.own_folder import claim
+from notabug.scenes_usd.errors import FileError, NotabugError
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.,=+-]")
 _LONGEST = 80  # characters of one folder name: with its hash well below the 255 bytes that file systems allow
@@ -26,22 +30,45 @@ class FolderInUseError(NotabugError):
 @contextmanager
 def sole_writer(out: Path) -> Iterator[None]:
     """``out``, made if need be, for this run alone. The system drops the lock when a process ends, however it ends."""
-    out.mkdir(parents=True, exist_ok=True)
+    claim(out, "run")
+    lock = FileLock(out / ".notabug.lock", blocking=False)
     try:
-        with FileLock(out / ".notabug.lock", blocking=False):
-            yield
+        lock.acquire()
     except Timeout:
         raise FolderInUseError(
             "another run is writing into this folder", where=str(out), do="wait for it, or choose another with --out"
         ) from None
+    except OSError as error:
+        raise FileError.of(error, where=str(out), do="choose a folder that can be written to with --out") from error
+    try:
+        _remove_partial(out)
+        yield
+    finally:
+        lock.release()
+
+
+LOCK = ".job.lock"
 
 
 @contextmanager
-def job_lock(folder: Path) -> Iterator[None]:
-    """The job's ``folder``, made if need be, for one process at a time: of two that do one job the later one waits."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with FileLock(folder / ".job.lock"):
+def job_lock(folder: Path, out: Path) -> Iterator[None]:
+    """The job's ``folder`` below ``out``, made if need be, for one process at a time: of two with one job one waits.
+
+    What an earlier renderer put in its way, such as a link to somewhere else, is removed.
+    """
+    make(folder, out)
+    lock = folder / LOCK
+    if lock.is_symlink() or (lock.exists() and not lock.is_file()):
+        remove(lock)
+    with FileLock(lock):
+        _remove_partial(folder)
         yield
+
+
+def _remove_partial(folder: Path) -> None:
+    """Remove the files that a process which was killed had half written there."""
+    for path in folder.glob(".*.partial*"):
+        remove(path)
 
 
 def folder_name(text: str) -> str:
@@ -77,6 +104,24 @@ def write_json(path: Path, document: Any) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    partial.write_text(text, encoding="utf-8", errors="backslashreplace")
-    partial.replace(path)
+    """Write ``text`` to ``path`` atomically. No link is followed; surrogates, which are no text, are escaped."""
+    number, name = tempfile.mkstemp(prefix=f".{path.name[:_LONGEST]}.", suffix=".partial", dir=path.parent)
+    partial = Path(name)
+    try:
+        with os.fdopen(number, "w", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(text)
+        partial.chmod(0o666 & ~_umask())
+        partial.replace(path)
+    except BaseException as error:
+        if isinstance(error, OSError) and error.filename is None:  # of a full disk the system says no place
+            error.filename = str(path)
+        partial.unlink(missing_ok=True)
+        raise
+
+
+@cache
+def _umask() -> int:
+    """The process's mask of permissions, which the system tells only who sets it."""
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask

@@ -15,6 +15,7 @@ from notabug.record import Result
 from notabug.tool import models_version
 
 NO_REFERENCE = "reference"  # the trigger of an error that is the reference's, no matter what the renderer did
+NO_SCENE = "scene"  # the trigger of an error that is the scene's: no renderer was asked
 
 FailOn = Literal["any", "visible"]
 
@@ -79,13 +80,15 @@ class Gate:
 
 
 def code_of(results: Sequence[Result]) -> ExitCode:
-    """A bug outweighs an error, and a renderer's that of a reference; what is accepted counts for neither."""
+    """A bug outweighs an error, a renderer's that of a reference, and that one a scene's; what is accepted is none."""
     failing = [each.verdict for each in results if each.fails]
     if any(each.word != "error" for each in failing):
         return ExitCode.BUG
-    if any(NO_REFERENCE not in each.triggers for each in failing):
+    if any(not {NO_REFERENCE, NO_SCENE}.intersection(each.triggers) for each in failing):
         return ExitCode.RENDERER
-    return ExitCode.REFERENCE if failing else ExitCode.OK
+    if any(NO_REFERENCE in each.triggers for each in failing):
+        return ExitCode.REFERENCE
+    return ExitCode.USAGE if failing else ExitCode.OK
 
 
 def _key(result: Result) -> tuple[str, str, str]:

@@ -23,6 +23,8 @@ from notabug.exit_codes import ExitCode
 from notabug.folders import folder_name, write_json
 from notabug.gate import Gate, code_of
 from notabug.outcome import judge_pictures
+from notabug.own_folder import claim
+from notabug.printable import escaped
 from notabug.progress import console, verdict_text
 from notabug.record import SCHEMA, Result, json_ready
 from notabug.report.page import draw
@@ -52,6 +54,8 @@ def command(
 ) -> ExitCode:
     """Judge ``images`` as seeds of one renderer and print the verdict."""
     begun = time.perf_counter()
+    if out is not None:
+        claim(out, "run")
     scene = read_scene(source, one_variant(variants))
     pictures = [read_picture(path, layer=layer, srgb=srgb) for path in images]
     said = declared.said(declare_words)
@@ -93,7 +97,7 @@ def command(
         page = draw(out)
         console(stderr=True).print(str(page), markup=False, soft_wrap=True)
     if as_json:
-        print(json.dumps(document, ensure_ascii=False, allow_nan=False))
+        print(escaped(json.dumps(document, ensure_ascii=False, allow_nan=False)))
     else:
         _show(console(), result)
     return code_of([result])

@@ -12,6 +12,7 @@ from notabug.adapters.base import RendererMissingError
 from notabug.adapters.declared import declarations
 from notabug.adapters.registry import adapters
 from notabug.exit_codes import ExitCode
+from notabug.printable import escaped
 from notabug.progress import console
 from notabug.references.models.model import models
 from notabug.references.workarounds.workaround import workarounds
@@ -99,7 +100,7 @@ def command(topic: str, as_json: bool) -> ExitCode:
     """Print one of the lists; the code is NOTHING where it is empty."""
     rows = LISTS[topic]()
     if as_json:
-        print(json.dumps({topic: rows}, ensure_ascii=False))
+        print(escaped(json.dumps({topic: rows}, ensure_ascii=False)))
     elif rows:
         table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 2, 0, 0))
         for name, value in rows[0].items():

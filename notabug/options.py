@@ -59,6 +59,7 @@ class Bench(StrEnum):
     stability = "stability"
     metamorphic = "metamorphic"
     generality = "generality"
+    faults = "faults"
 
 
 class BenchPart(StrEnum):

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from notabug.metrics.verdict import GLYPH
+from notabug.printable import SafeConsole
 from notabug.record import Result
 from notabug.words import STYLE, area, finding_names, number, strongest
 
@@ -82,8 +83,8 @@ class Board:
 
 def console(*, stderr: bool = False) -> Console:
     """A console; in a log, which has no width, lines are wide enough for the table."""
-    made = Console(stderr=stderr, highlight=False)
-    return made if made.is_terminal else Console(stderr=stderr, highlight=False, width=160)
+    made = SafeConsole(stderr=stderr, highlight=False)
+    return made if made.is_terminal else SafeConsole(stderr=stderr, highlight=False, width=160)
 
 
 def table(results: Sequence[Result]) -> Table:

@@ -1,20 +1,22 @@
-"""Result and the run's record: what ``run.json`` (schema 1) holds. Every report is drawn from it."""
+"""Result and the run's record: what ``run.json`` (schema 1) holds. Every report is drawn from it.
+
+``load`` is the door for records from disk: what it gives has every key of DEFAULTS, and each value its type.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from notabug.expectation import State, Statement
 from notabug.metrics.verdict import GLYPH, Verdict
 from notabug.scenes_usd.errors import NotabugError
+from notabug.shape import FLAG, NAME, NUMBER, TEXT, WHOLE, Fields, Many, Value, check, read_document
+from notabug.shape import RecordError as RecordError
 
 SCHEMA = 1
-
-
-class RecordError(NotabugError):
-    """A record that no run has written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,11 +84,11 @@ class Result:
     def from_dict(cls, data: Any) -> Result:
         """The result that ``data``, as in ``run.json``, holds; raises RecordError where it holds none."""
         try:
-            _check_types(data)
+            check(data, RESULT, "a result")
+            check(data["seconds"], Many(NUMBER, named=True), "a result: seconds")
             return cls._from_dict(data)
-        except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
-            got = f"{type(error).__name__}: {error}"
-            raise RecordError("not a result of a run", got=got, do="run again with --no-resume") from error
+        except TypeError as error:  # a key that no finding or leg has
+            raise RecordError("not a result of a run", got=str(error), do="run again with --no-resume") from error
 
     @classmethod
     def _from_dict(cls, data: dict[str, Any]) -> Result:
@@ -118,40 +120,84 @@ class Result:
         )
 
 
-_TEXTS = ("scene", "variant", "renderer", "renderer_version", "verdict", "message", "image", "command", "expected")
+_NUMBER = Value("number", none=True)  # null where it is not finite
+_BOX = Many(NUMBER, length=4)
+_LEG = Fields({}, dict.fromkeys(("pixels", "flip", "flip_max", "itp"), _NUMBER))
+_FINDING = Fields(
+    {
+        "kind": Value("text", words=frozenset({"limitation", "convention", "bug"})),
+        "name": TEXT,
+        "area_px": _NUMBER,
+        "region": _BOX,
+        "jnd": _NUMBER,
+        "z": _NUMBER,
+        "message": TEXT,
+    },
+    {"visible": FLAG, "regions": Many(_BOX)},
+)
+RESULT = Fields(
+    {
+        **dict.fromkeys(("scene", "variant", "renderer"), NAME),
+        **dict.fromkeys(("renderer_version", "message", "command", "expected", "claim"), TEXT),
+        "verdict": Value("text", words=frozenset(GLYPH)),
+        "findings": Many(_FINDING),
+        "legs": Fields({"limitation": _LEG, "bug": _LEG}),
+        "triggers": Many(TEXT),
+        "numbers": Many(_NUMBER, named=True),
+        "samples": WHOLE,
+        "seeds": WHOLE,
+        "seconds": Fields({"render": NUMBER, "judge": NUMBER}),
+        "image": NAME,
+        "images": Many(NAME, named=True),
+        "size": Many(NUMBER, length=2),
+        "renderer_command": Many(TEXT),
+    },
+    {"state": TEXT, "because": TEXT, "fails": FLAG, "channels": Many(TEXT), "notes": Many(TEXT)},
+)
+_TOOL = dict.fromkeys(("name", "version", "models", "code", "python", "platform"), TEXT)
+_JOBS = {"executor": TEXT, "at_once": WHOLE, "threads": WHOLE, "shard": TEXT}
+_UNUSED = Fields(dict.fromkeys(("renderer", "scene", "variant"), NAME))
+RUN = Fields(
+    {"schema": WHOLE, "results": Many(RESULT)},
+    {
+        "tool": Fields({}, {**_TOOL, "libraries": Many(TEXT, named=True)}),
+        "command": Many(TEXT),
+        "finished": FLAG,
+        "partial": FLAG,
+        "seconds": Many(NUMBER, named=True),
+        "jobs": Fields({}, {**_JOBS, "merged": Many(Fields({}, _JOBS))}),
+        "gate": Fields({}, {"file": TEXT, "fail_on": TEXT, "models": TEXT, "unused": Many(_UNUSED)}),
+        "renderers": Many(Fields({}, {"version": TEXT, "where": TEXT, "missing": TEXT}), named=True),
+        "calibration": Many(RESULT),
+    },
+)
+DEFAULTS: dict[str, Any] = {
+    "tool": {**dict.fromkeys(_TOOL, ""), "libraries": {}},
+    "command": [],
+    "finished": False,
+    "seconds": {"total": 0.0, "render": 0.0, "outside": 0.0},
+    "jobs": {"shard": ""},
+    "gate": {"file": "", "fail_on": "any", "models": "", "unused": []},
+    "renderers": {},
+    "calibration": [],
+}
 
 
-def _check_types(data: Any) -> None:
-    """Raise TypeError or ValueError where what would be drawn, added up or opened is of another type."""
-    for key in (*_TEXTS, "claim"):
-        if not isinstance(data[key], str):
-            raise TypeError(f"{key} is no text")
-    if not all(isinstance(data.get(key, ""), str) for key in ("state", "because")):
-        raise TypeError("state or because is no text")
-    if not isinstance(data.get("fails", False), bool):
-        raise TypeError("fails is neither true nor false")
-    if data["verdict"] not in GLYPH:
-        raise ValueError(f"unknown verdict {data['verdict']!r}")
-    for key in ("samples", "seeds"):
-        if not isinstance(data[key], int):
-            raise TypeError(f"{key} is no whole number")
-    read = (*data.get("channels", ()), *data.get("notes", ()))
-    if not all(
-        isinstance(each, str)
-        for each in (*data["images"].values(), *data["renderer_command"], *data["triggers"], *read)
-    ):
-        raise TypeError("a picture's path or a word of the command or the triggers is no text")
-    numbers = [*data["seconds"].values(), *data["size"], *data["numbers"].values()]
-    for leg in data["legs"].values():
-        numbers += leg.values()
-    for each in data["findings"]:
-        numbers += [each["area_px"], each["jnd"], each["z"], *each["region"]]
-        if not isinstance(each["name"], str) or not isinstance(each["message"], str):
-            raise TypeError("a finding's name or message is no text")
-    if not all(each is None or isinstance(each, int | float) for each in numbers):
-        raise TypeError("a number is none")
-    if not {"render", "judge"} <= data["seconds"].keys() or not {"limitation", "bug"} <= data["legs"].keys():
-        raise ValueError("seconds or legs are missing")
+def load(out: Path) -> dict[str, Any]:
+    """``run.json`` of the folder ``out``; raises NotabugError where it is not there or is no run's record."""
+    path = out / "run.json"
+    try:
+        document = read_document(path, Fields({}))
+        if document.get("schema") != SCHEMA:
+            got = ascii(document.get("schema"))[:60]
+            raise RecordError("not a run's record", where=str(path), expected=f"schema {SCHEMA}", got=got)
+        check(document, RUN, str(path))
+    except OSError as error:
+        raise NotabugError("cannot read the run", where=str(path), got=error.strerror or "", do="notabug run") from None
+    for key, value in DEFAULTS.items():
+        there = document.get(key, value)
+        document[key] = {**value, **there} if isinstance(value, dict) else there
+    return document
 
 
 def json_ready(value: Any) -> Any:

@@ -15,6 +15,7 @@ from notabug.adapters.registry import adapter
 from notabug.exit_codes import ExitCode
 from notabug.folders import write_text
 from notabug.judging import one_variant
+from notabug.own_folder import check, claim
 from notabug.progress import console
 from notabug.reduce import Examiner, Shown, bug, reduced, size
 from notabug.scenes_usd.errors import NotabugError, SelectionError
@@ -37,6 +38,7 @@ def command(
 ) -> ExitCode:
     """Reduce ``scene`` for ``renderer`` into ``out``; exit 1, for there is a bug, or 5 where there is none."""
     quiet = console(stderr=True)
+    check(out, "reduced scene")
     who = configured(adapter(renderer), settings)
     found = who.find()
     examiner = Examiner(who, Quality(samples=samples, seeds=tuple(range(seeds))))
@@ -48,6 +50,7 @@ def command(
         return ExitCode.NOTHING
     quiet.print(Text(f"{readable(name)}: {size(start)}"))
     small = reduced(start, examiner.is_same("" if any_name else name), lambda text: quiet.print(Text(text)))
+    claim(out, "reduced scene")
     path = write_scene(small, out / "scene.usda")
     shown = examiner.show(read_scene(path))  # what was written, not what it was written from
     name = bug(shown.verdict) if any_name else name

@@ -2,30 +2,33 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shlex
-import shutil
 import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 from notabug.adapters.base import Adapter, Found, Quality, Render, RendererMissingError, UnsupportedError
+from notabug.adapters.trees import empty, replaced, states
 from notabug.calibration import CARDS, refusal, textured
 from notabug.crew import Alone, Crew, rendering
+from notabug.ending import saved_trace
 from notabug.exit_codes import ExitCode, exit_code
-from notabug.folders import job_folder, job_lock, sole_writer, write_json, write_text
-from notabug.gate import NO_REFERENCE, Gate
+from notabug.folders import LOCK, folder_name, job_folder, job_lock, sole_writer, write_json, write_text
+from notabug.gate import NO_REFERENCE, NO_SCENE, Gate
 from notabug.metrics.verdict import Verdict, Word
 from notabug.record import SCHEMA, RecordError, Result
 from notabug.scenes_usd.catalogue import expected
-from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.errors import FileError, NotabugError, SceneError, is_of_files
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 from notabug.selection import Choice
+from notabug.shape import NAME, NUMBER, TEXT, WHOLE, Fields, Many, Shape, check
 from notabug.tool import fingerprint, tool
 
 SAVING = 0.02  # share of a run's time that its record may take while it goes on
@@ -110,10 +113,14 @@ class Run:
         }
 
     def save(self, *, now: bool = True) -> None:
-        """Write ``run.json``; unless ``now``, only where that is long enough ago to cost SAVING of the time or less."""
+        """Write ``run.json``; unless ``now``, only where that is long enough ago to cost SAVING of the time or less.
+
+        While jobs go on a full disk costs only the record: it may have room again at the end.
+        """
         start = time.perf_counter()
         if now or start >= self.due:
-            write_json(self.plan.out / "run.json", self.document())
+            with contextlib.nullcontext() if now else contextlib.suppress(OSError):
+                write_json(self.plan.out / "run.json", self.document())
             end = time.perf_counter()
             self.due = end + (end - start) / SAVING
 
@@ -132,6 +139,21 @@ def _run(plan: Plan, watcher: Watcher) -> Run:
     tasks = [Task(choice, name) for choice in plan.choices for name in plan.wanted(choice)]
     watcher.begin(len(tasks))
     state.save()
+    results: dict[int, Result] = {}
+    try:
+        _do(plan, state, watcher, tasks, results)
+    except BaseException:  # a signal, or the crew is lost: what is finished stays on record
+        _collect(state, tasks, results)
+        with contextlib.suppress(OSError):
+            state.save()
+        raise
+    state.finished = True
+    state.save()
+    return state
+
+
+def _do(plan: Plan, state: Run, watcher: Watcher, tasks: Sequence[Task], results: dict[int, Result]) -> None:
+    """Do ``tasks``; ``results`` gets each one's by its place, as they end."""
     with plan.crew as crew:
         seen = watcher if crew.at_hand else Silent()
         lean = replace(plan, choices=(), crew=Alone(), gate=Gate())  # what a job needs, wherever it is done
@@ -144,7 +166,6 @@ def _run(plan: Plan, watcher: Watcher) -> Run:
                 state.refused[name] = card.refused
                 state.rendering += card.rendering
                 state.calibration |= {name: card.result} if card.result is not None else {}
-        results: dict[int, Result] = {}
         for index, task in enumerate(tasks):
             shown = state.calibration.get(task.renderer)
             if task.choice == CARDS[0] and shown is not None and shown.scene == task.choice.id:
@@ -153,9 +174,33 @@ def _run(plan: Plan, watcher: Watcher) -> Run:
         for place, done in crew.each(partial(perform, lean, state.refused, seen), [tasks[each] for each in rest]):
             index = rest[place]
             _finish(state, results, index, _lost(plan, tasks[index], done) if isinstance(done, Exception) else done)
-    state.finished = True
-    state.save()
-    return state
+
+
+def _collect(state: Run, tasks: Sequence[Task], results: dict[int, Result]) -> None:
+    """Put on record what other processes have finished and this one has not heard of."""
+    with contextlib.suppress(OSError, NotabugError):
+        fresh = {path.parent for path in state.plan.out.glob("*/*/*/*/result.json")}
+        for index, task in enumerate(tasks):
+            named = folder_name(task.renderer)
+            home = job_folder(state.plan.out, task.choice.folder or task.choice.id, "", task.renderer).parents[1]
+            if index in results or not any(path.name == named and path.parents[1] == home for path in fresh):
+                continue
+            kept = _finished(state, task)
+            if kept is not None:
+                _finish(state, results, index, Done(kept, True, 0.0))
+
+
+def _finished(state: Run, task: Task) -> Result | None:
+    """The result of ``task`` where it is on disk and made from what is there now."""
+    scene = _read(task.choice)
+    if isinstance(scene, NotabugError):
+        return None
+    adapter, found = state.plan.renderers[task.renderer]
+    adapter = task.choice.alter(adapter, scene)
+    blank = _blank(state, task.choice, scene, task.renderer)
+    folder = job_folder(state.plan.out, task.choice.folder or task.choice.id, blank.variant, task.renderer)
+    kept = _kept(folder, _keys(scene, adapter, found, state.plan.quality)["result"], state.plan.out)
+    return None if kept is None else _as_asked(kept, blank)
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,13 +239,19 @@ def _finish(state: Run, results: dict[int, Result], index: int, done: Done) -> N
 def _lost(plan: Plan, task: Task, error: Exception) -> Done:
     """The result of a job that never came back."""
     name, choice = task.renderer, task.choice
+    if isinstance(error, NotabugError):
+        what = str(error)
+    elif is_of_files(error):
+        what = str(FileError.of(cast(OSError, error)))
+    else:
+        what = f"internal error: {type(error).__name__}: {error}; please report it {saved_trace(error)}"
     return Done(
         Result(
             scene=choice.id,
             variant=choice.variant,
             renderer=name,
             renderer_version=plan.renderers[name][1].version,
-            verdict=_no_judgement("error", f"the process that did this job ended: {type(error).__name__}: {error}"),
+            verdict=_no_judgement("error", what),
             command=reproduce(choice, name, plan.quality),
         ),
         False,
@@ -209,6 +260,8 @@ def _lost(plan: Plan, task: Task, error: Exception) -> Done:
 
 
 def _read(choice: Choice) -> Scene | NotabugError:
+    if choice.refused:
+        return SceneError(choice.refused)
     try:
         return read_scene(choice.source, choice.variants)
     except NotabugError as error:
@@ -261,42 +314,56 @@ def _expected(scene: Scene, renderer: str) -> str:
 def _job(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> tuple[Result, bool]:
     """One result, and whether it was kept from an earlier run."""
     adapter, found = state.plan.renderers[name]
-    variant = choice.variant if isinstance(scene, NotabugError) else scene.variant
-    if choice.label:
-        variant = f"{variant} [{choice.label}]".lstrip()
-    blank = Result(
-        scene=choice.id,
-        variant=variant,
-        renderer=name,
-        renderer_version=found.version,
-        verdict=Verdict("error"),
-        command=reproduce(choice, name, state.plan.quality),
-    )
-    blamed = state.refused.get(name, "")
+    blank = _blank(state, choice, scene, name)
     if isinstance(scene, NotabugError):
-        return replace(blank, verdict=_no_judgement("error", str(scene))), False
-    stated = "" if choice.label else _expected(scene, name)
-    blank = replace(blank, claim=scene.card.claim, size=(scene.width, scene.height), expected=stated)
+        return replace(blank, verdict=replace(_no_judgement("error", str(scene)), triggers=(NO_SCENE,))), False
+    blamed = state.refused.get(name, "")
     if blamed:
         return replace(blank, verdict=_no_judgement("error", f"calibration: {blamed}")), False
     adapter = choice.alter(adapter, scene)
-    folder = job_folder(state.plan.out, choice.folder or choice.id, variant, name)
+    folder = job_folder(state.plan.out, choice.folder or choice.id, blank.variant, name)
     keys = _keys(scene, adapter, found, state.plan.quality)
-    with job_lock(folder):
-        kept = _kept(folder, keys["result"], state.plan.out) if state.plan.resume else None
-        if kept is not None:
-            return replace(kept, command=blank.command, expected=blank.expected, claim=blank.claim), True
-        return _fresh(state, blank, scene, adapter, folder, keys), False
+    try:
+        with job_lock(folder, state.plan.out):
+            kept = _kept(folder, keys["result"], state.plan.out) if state.plan.resume else None
+            if kept is not None:
+                return _as_asked(kept, blank), True
+            return _fresh(state, blank, scene, adapter, folder, keys), False
+    except OSError as error:  # the folder cannot be made or locked: the other jobs have folders of their own
+        return replace(blank, verdict=_no_judgement("error", str(FileError.of(error)))), False
+
+
+def _blank(state: Run, choice: Choice, scene: Scene | NotabugError, name: str) -> Result:
+    """The result of a job of which nothing is known yet but what was asked for."""
+    variant = choice.variant if isinstance(scene, NotabugError) else scene.variant
+    blank = Result(
+        scene=choice.id,
+        variant=f"{variant} [{choice.label}]".lstrip() if choice.label else variant,
+        renderer=name,
+        renderer_version=state.plan.renderers[name][1].version,
+        verdict=Verdict("error"),
+        command=reproduce(choice, name, state.plan.quality),
+    )
+    if isinstance(scene, NotabugError):
+        return blank
+    stated = "" if choice.label else _expected(scene, name)
+    return replace(blank, claim=scene.card.claim, size=(scene.width, scene.height), expected=stated)
+
+
+def _as_asked(kept: Result, blank: Result) -> Result:
+    """The result ``kept`` of an earlier run under this one's words."""
+    return replace(kept, command=blank.command, expected=blank.expected, claim=blank.claim)
 
 
 def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Path, keys: dict[str, str]) -> Result:
     from notabug.outcome import judge_pictures  # of no use to a run whose jobs are done elsewhere
 
-    plan = state.plan
+    plan, before = state.plan, states(folder)
     try:
-        (folder / "result.json").unlink(missing_ok=True)
         renders = _renders(folder, keys["render"]) if plan.resume else ()
-        if not renders:
+        if renders:
+            empty(folder, _OF_RENDERS)
+        else:
             state.watcher.start(blank.scene, blank.variant, blank.renderer, "renders")
             renders = _render(scene, adapter, folder, keys["render"], plan.quality)
             state.rendering += sum(each.seconds for each in renders)
@@ -325,23 +392,39 @@ def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
         stated = expected(scene).get(blank.renderer, "") if blank.expected else ""
         return replace(blank, verdict=_no_judgement("unsupported", str(error)), expected=stated)
     except NotabugError as error:
-        _keep_log(folder, getattr(error, "log", ""))
+        if not replaced(before):  # a log must not go where a link now leads
+            _keep_log(folder, getattr(error, "log", ""))
         why = (NO_REFERENCE,) if exit_code(error) is ExitCode.REFERENCE else ()
         return replace(blank, verdict=replace(_no_judgement("error", str(error)), triggers=why))
     except Exception as error:  # a defect in one adapter or model must not cost the other results
-        _keep_log(folder, traceback.format_exc())
+        if is_of_files(error):
+            return replace(blank, verdict=_no_judgement("error", str(FileError.of(cast(OSError, error)))))
+        if not replaced(before):
+            _keep_log(folder, traceback.format_exc())
         what = f"internal error: {type(error).__name__}: {error}; the trace is in {folder / 'log.txt'}"
         return replace(blank, verdict=_no_judgement("error", what))
     return result
 
 
+_PICTURE: dict[str, Shape] = {"image": NAME, "seed": WHOLE, "samples": WHOLE, "seconds": NUMBER, "command": Many(TEXT)}
+_RENDERS = Fields({"key": TEXT, "renders": Many(Fields(_PICTURE))})  # of renders.json
+_OF_RENDERS = frozenset({LOCK, "renders", "renders.json", "log.txt"})  # what another judge's result is made from
+
+
 def _render(scene: Scene, adapter: Adapter, folder: Path, key: str, quality: Quality) -> tuple[Render, ...]:
-    """Fresh pictures in ``folder/renders``, which is emptied first so that no old file can pass for a new one."""
+    """Fresh pictures in ``folder/renders``. ``folder`` is emptied first, so that no old file can pass for a new one.
+
+    Whatever the renderer leaves beside the pictures, where our own files will be, is removed.
+    """
+    empty(folder, frozenset({LOCK}))
     pictures = folder / "renders"
-    shutil.rmtree(pictures, ignore_errors=True)
-    pictures.mkdir(parents=True)
+    pictures.mkdir()
+    before = states(pictures)
     with rendering():
         renders = adapter.render(scene, pictures, quality)
+    if gone := replaced(before):
+        raise NotabugError("the renderer replaced a folder of the run", where=str(gone), do="correct the renderer")
+    empty(folder, frozenset({LOCK, "renders"}))
     if not renders:
         raise NotabugError(
             "the adapter returned no picture", where=f"adapter {adapter.name!r}", do="correct the adapter"
@@ -367,13 +450,15 @@ def _renders(folder: Path, key: str) -> tuple[Render, ...]:
     if stored.get("key") != key:
         return ()
     try:
-        renders = tuple(
-            Render(folder / each["image"], each["seed"], each["samples"], each["seconds"], tuple(each["command"]))
-            for each in stored["renders"]
-        )
-    except (KeyError, TypeError):
+        check(stored, _RENDERS, str(folder))
+    except RecordError:
         return ()
-    return renders if all(each.image.is_file() for each in renders) else ()
+    renders = tuple(
+        Render(folder / each["image"], each["seed"], each["samples"], each["seconds"], tuple(each["command"]))
+        for each in stored["renders"]
+    )
+    there = all(each.image.is_file() and each.image.resolve().is_relative_to(folder.resolve()) for each in renders)
+    return renders if there and not (folder / "renders").is_symlink() else ()
 
 
 def _kept(folder: Path, key: str, out: Path) -> Result | None:
@@ -403,7 +488,7 @@ def made_by() -> dict[str, str]:
 def _load(path: Path) -> dict[str, Any]:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return {}
     return document if isinstance(document, dict) else {}
 
@@ -417,9 +502,11 @@ def _relative(path: Path, base: Path) -> str:
 
 
 def _keep_log(folder: Path, log: str) -> None:
+    """Write ``log`` beside the result, which does without it where it cannot be written."""
     if log:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_text(folder / "log.txt", log)
+        with contextlib.suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            write_text(folder / "log.txt", log)
 
 
 def _no_judgement(word: Word, message: str) -> Verdict:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
 from collections.abc import Sequence
@@ -13,14 +14,16 @@ from rich.text import Text
 from notabug import workarounds
 from notabug.adapters.base import Quality
 from notabug.adapters.registry import adapter, adapters
-from notabug.crew import Alone, crew
+from notabug.crew import Alone, ClusterLostError, crew
+from notabug.ending import Stopped, exit_state
 from notabug.exit_codes import ExitCode
 from notabug.folders import write_json
 from notabug.gate import FailOn, Gate, code_of
+from notabug.printable import escaped
 from notabug.progress import Board, console, messages, states, table
 from notabug.report.page import Pictures, draw
 from notabug.run import Plan, Run, find_renderers, run
-from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.errors import NotabugError, SelectionError
 from notabug.selection import NothingSelectedError, choose, parse_variants, part
 from notabug.words import tally
 
@@ -87,11 +90,17 @@ def command(
     try:
         with Board(quiet, pictures.begin) as board:
             state = run(plan, board)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Stopped, ClusterLostError) as error:
+        with contextlib.suppress(NotabugError, OSError):  # the record is what counts, and it is there
+            draw(out, pictures=pictures)
+        if isinstance(error, ClusterLostError):
+            raise
         quiet.print(
-            f"interrupted; finished results stay in {out} and the same command goes on from there", markup=False
+            f"stopped; finished results stay in {out} and the same command goes on from there",
+            markup=False,
+            soft_wrap=True,
         )
-        raise SystemExit(130) from None
+        raise SystemExit(exit_state(error)) from None
     found_rows = workarounds.rows(selected, state.results)
     document = state.document()
     if remedies:
@@ -99,7 +108,7 @@ def command(
         write_json(out / "run.json", document)
     page = draw(out, pictures=pictures)
     if as_json:
-        print(json.dumps(document, ensure_ascii=False, allow_nan=False))
+        print(escaped(json.dumps(document, ensure_ascii=False, allow_nan=False)))
     elif remedies:
         console().print(workarounds.table(found_rows))
     else:

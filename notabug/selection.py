@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from itertools import product
 from pathlib import Path
 
 from notabug.adapters.base import Adapter
 from notabug.scenes_usd import catalogue
-from notabug.scenes_usd.errors import NotabugError, SelectionError
+from notabug.scenes_usd.errors import NotabugError, SceneError, SelectionError
 from notabug.scenes_usd.reader import SUFFIXES, find, look_through, scene_id
 from notabug.scenes_usd.scene import Scene
 
@@ -34,7 +34,8 @@ class Choice:
 
     ``source`` is what was asked for (an id or a path), ``folder`` where the results of a scene from outside the corpus
     go: two files of one name must not share a folder. ``label`` names what ``alter`` makes of an adapter, "" nothing;
-    ``only`` names the renderers that the choice is for, all where it is empty.
+    ``only`` names the renderers that the choice is for, all where it is empty. ``refused`` says why the scene is not
+    read at all.
     """
 
     source: str
@@ -44,6 +45,7 @@ class Choice:
     label: str = ""
     alter: Callable[[Adapter, Scene], Adapter] = unaltered
     only: frozenset[str] = frozenset()
+    refused: str = ""
 
     @property
     def variant(self) -> str:
@@ -71,11 +73,22 @@ def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_
     sources = list(dict.fromkeys(source for word in scenes or ["*"] for source in _sources(word)))
     if not sources:
         raise NothingSelectedError("no scene matches", got=" ".join(scenes), do="see `notabug list scenes`")
-    look_through(sources)
+    wrong: dict[str, SceneError] = look_through(sources)
+    refused = [_refused(source, wrong[source]) for source in sources if source in wrong]
+    sources = [source for source in sources if source not in wrong]
+    if not sources:
+        raise next(iter(wrong.values()))  # there is nothing else to go on with
     if not (wanted or every_variant):
-        return [_choice(source, find(source), {}) for source in sources]
-    entries = {source: catalogue.read_entry(find(source)) for source in sources}
-    sets = {source: _sets(entries[source], wanted) for source in sources}
+        return [_choice(source, find(source), {}) for source in sources] + refused
+    entries: dict[str, catalogue.Entry] = {}
+    for source in sources:
+        try:
+            entries[source] = catalogue.read_entry(find(source))
+        except SceneError as error:
+            if len(sources) == 1 or not Path(source).is_file():
+                raise
+            refused.append(_refused(source, error))
+    sets = {source: _sets(entry, wanted) for source, entry in entries.items()}
     choices: dict[tuple[str, frozenset[tuple[str, str]]], Choice] = {}
     for source, entry in entries.items():
         here = {name: values for name, values in wanted.items() if name in sets[source]}
@@ -83,7 +96,12 @@ def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_
             full = frozenset({**entry.defaults, **variants}.items())  # a default that is named is no other choice
             choices.setdefault((source, full), _choice(source, entry.path, variants))
     _refuse(list(sets.values()), wanted)
-    return list(choices.values())
+    return [*choices.values(), *refused]
+
+
+def _refused(source: str, error: SceneError) -> Choice:
+    """The choice of a scene that cannot be read: its results say why, and the others go on."""
+    return replace(_choice(source, Path(source).resolve(), {}), refused=str(error))
 
 
 def part(choices: Sequence[Choice], shard: str) -> list[Choice]:

@@ -10,6 +10,7 @@ from notabug.adapters.declared import said
 from notabug.exit_codes import ExitCode
 from notabug.judging import declare, one_variant, what_was_read
 from notabug.metrics.why import explain_pixel
+from notabug.printable import escaped
 from notabug.progress import console
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.picture import read_picture
@@ -37,7 +38,7 @@ def command(
     found = explain_pixel(picture.pixels, scene, declaration, x, y)
     if as_json:
         read = {"channels": list(picture.judged), "notes": list(picture.notes)}
-        print(json.dumps(found.as_dict() | read, ensure_ascii=False, allow_nan=False))
+        print(escaped(json.dumps(found.as_dict() | read, ensure_ascii=False, allow_nan=False)))
     else:
         console().print(found.as_text(), markup=False, soft_wrap=True)
         console().print(what_was_read(picture.judged, picture.notes), style="dim", markup=False, soft_wrap=True)

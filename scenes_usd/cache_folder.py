@@ -13,12 +13,13 @@ from pathlib import Path
 import platformdirs
 
 from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.ownership import how_to_allow, why_foreign
 
 VARIABLE = "NOTABUG_CACHE"
 
 
 class CacheError(NotabugError):
-    """The folder that ``NOTABUG_CACHE`` names cannot be written to."""
+    """The folder that ``NOTABUG_CACHE`` names cannot be used."""
 
 
 def cache_root() -> Path:
@@ -37,7 +38,7 @@ def _writable(chosen: str) -> Path:
     reason = _why_not(Path(chosen))
     if reason:
         raise CacheError(
-            "the cache cannot be written to",
+            "the cache cannot be used",
             where=f"{VARIABLE}={chosen}",
             expected="a folder in which files can be made",
             got=reason,
@@ -56,7 +57,7 @@ def _usual(name: str) -> Path:
     atexit.register(_remove, instead, os.getpid())
     os.environ[VARIABLE] = instead  # for the processes that this one starts
     print(
-        f"notabug: cannot write the cache {folder} ({reason}); using {instead} for now, so that every run starts"
+        f"notabug: cannot use the cache {folder} ({reason}); using {instead} for now, so that every run starts"
         f" anew: set {VARIABLE} to a folder that lasts",
         file=sys.stderr,
     )
@@ -64,9 +65,11 @@ def _usual(name: str) -> Path:
 
 
 def _why_not(folder: Path) -> str:
-    """Why no file can be made in ``folder``, or ""."""
+    """Why ``folder`` cannot be used, as no file can be made there or others could have put files there, or ""."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        if why := why_foreign(folder):
+            return f"{why}: {how_to_allow(folder)}"
         with tempfile.TemporaryFile(dir=folder):
             return ""
     except OSError as error:

@@ -12,8 +12,10 @@ from typing import Any
 
 from notabug.scenes_usd.card import CLASSES, read_card
 from notabug.scenes_usd.errors import SceneError, SelectionError
+from notabug.scenes_usd.fence import check_inside
 from notabug.scenes_usd.reader import CORPUS, scene_id
 from notabug.scenes_usd.scene import Card, Scene
+from notabug.scenes_usd.untrusted import is_trusted
 
 VERDICTS = ("pass", "limitation", "bug", "inconclusive", "unsupported", "error")
 
@@ -84,6 +86,8 @@ def expected(scene: Scene) -> dict[str, str]:
     path = scene.path.with_suffix(".expected.toml")
     if not path.is_file():
         return {}
+    if not is_trusted(scene.path):
+        check_inside(path, scene.path.parent, where=str(path))
     found: dict[str, str] = {}
     for choice, verdicts in read_expected(path).items():
         if all(scene.variants.get(key) == name for key, name in choice):
@@ -98,7 +102,7 @@ def read_expected(path: Path) -> dict[Choice, dict[str, str]]:
     """The tables of an ``.expected.toml``, general ones first. Raises SceneError naming the file and the key."""
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise SceneError("not valid TOML", where=str(path), got=str(error)) from error
     if set(document) - {"variant"}:
         raise SceneError("unknown key", where=str(path), expected="variant", got=", ".join(sorted(document)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+
 
 class NotabugError(Exception):
     """An error a user can act on.
@@ -23,3 +25,33 @@ class SceneError(NotabugError):
 
 class SelectionError(NotabugError):
     """A scene, variant or renderer was asked for that does not exist."""
+
+
+class FileError(NotabugError):
+    """The system refused to read or write a file or a folder."""
+
+    @classmethod
+    def of(cls, error: OSError, *, where: str = "", do: str = "") -> FileError:
+        """What ``error`` says, where it happened, and what a user can do about it."""
+        place = where or str(error.filename2 or error.filename or "")
+        advice = do or _ADVICE.get(error.errno or 0, "check the path, its permissions and the room on the disk")
+        return cls("cannot read or write", where=place, got=error.strerror or str(error), do=advice)
+
+
+_ADVICE = {
+    errno.ENOSPC: "make room on the disk",
+    errno.EDQUOT: "make room in the quota",
+    errno.EFBIG: "raise the limit of a file's size (ulimit -f)",
+    errno.EMFILE: "raise the limit of open files (ulimit -n)",
+    errno.EROFS: "choose a folder that can be written to",
+}
+# What the system says of files, folders and their room. Any other OSError, a refused connection say, is a defect here.
+_OF_FILES = frozenset(
+    {*_ADVICE, errno.EACCES, errno.EPERM, errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.ENOTEMPTY}
+    | {errno.ENAMETOOLONG, errno.ELOOP, errno.ENFILE, errno.EIO, errno.ESTALE, errno.EXDEV, errno.ETXTBSY, errno.ENXIO}
+)
+
+
+def is_of_files(error: BaseException) -> bool:
+    """Whether ``error`` is the system's word on a file: a user can act on it, and it is no defect of notabug."""
+    return isinstance(error, OSError) and error.errno in _OF_FILES

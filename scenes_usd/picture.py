@@ -7,7 +7,7 @@ What is read is what a viewer shows: which channels are the picture says ``pictu
 from __future__ import annotations
 
 import contextlib
-import os
+import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,7 +16,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.picture_child import read_by_child
+from notabug.scenes_usd.picture_header import MAX_CHANNELS, is_little_work
+from notabug.scenes_usd.picture_header import PictureError as PictureError
 from notabug.scenes_usd.picture_layers import Layer, choose, layers_of
 from notabug.scenes_usd.picture_numbers import Lossy, Numbers, lossy_of, numbers_of, once_coarser
 from notabug.scenes_usd.picture_place import TURNED, orientation, placed
@@ -24,15 +26,10 @@ from notabug.scenes_usd.srgb import decode_srgb
 
 Pixels = npt.NDArray[np.float32]
 
-MAX_CHANNELS = 1024  # of all layers of a part
 MAX_PARTS = 256
 MAX_TOGETHER = 16  # channels that are read although one lies between those that are wanted
 MAX_LISTED = 12  # layers that an error names
 MAX_PIXELS = 1 << 26  # 8192 x 8192: a header that claims more is refused before anything is allocated
-
-
-class PictureError(NotabugError):
-    """A picture that cannot be read: missing, empty, truncated, not a picture, absurdly large."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,6 +103,14 @@ class _Chosen:
 
 def read_header(path: Path, layer: str = "") -> Header:
     """The header of the picture in ``path``, without its pixels; ``layer`` as for read_picture."""
+    _check_there(path)
+    if is_little_work(path):
+        return read_header_here(path, layer)
+    return Header(**read_by_child(path, layer, srgb=False, header=True))
+
+
+def read_header_here(path: Path, layer: str = "") -> Header:
+    """``read_header`` in this process, whatever work it is."""
     source = _open(path)
     try:
         chosen = _choose(source, path, layer)
@@ -129,7 +134,20 @@ def read_picture(path: Path, *, layer: str = "", srgb: bool = False) -> Picture:
     therefore multiplied by it, in linear light: after decoding where ``srgb`` asks to decode. Where alpha is 0 all
     over the picture the renderer wrote none, and colours stay. Associated alpha, as in EXR, is in the colours already.
     OpenImageIO's own multiplication, which knows no encoding, is switched off.
+
+    What is much work, or may be, is read in a child with limits of time and memory.
     """
+    _check_there(path)
+    if is_little_work(path):
+        return read_picture_here(path, layer=layer, srgb=srgb)
+    read = read_by_child(path, layer, srgb, header=False)
+    lossy = None if read["lossy"] is None else Lossy(**read["lossy"])
+    texts = {name: tuple(read[name]) for name in ("judged", "notes")}
+    return Picture(**{**read, **texts, "lossy": lossy})
+
+
+def read_picture_here(path: Path, *, layer: str = "", srgb: bool = False) -> Picture:
+    """``read_picture`` in this process, whatever work it is."""
     source = _open(path)
     try:
         chosen = _choose(source, path, layer)
@@ -253,15 +271,21 @@ def _metadata(spec: Any) -> dict[str, str]:
     return found
 
 
+def _check_there(path: Path) -> None:
+    """Raise PictureError where there is no file at ``path``, or an empty one."""
+    if not path.is_file():
+        raise PictureError("no such file", where=str(path), do="check the path")
+    if path.stat().st_size == 0:
+        raise PictureError(
+            "the file is empty (0 bytes)", where=str(path), do="the renderer was stopped before it wrote"
+        )
+
+
 def _open(path: Path) -> Any:
     """An open OpenImageIO input, whose header is of a size that can be held in memory."""
     import OpenImageIO
 
     where = str(path)
-    if not path.is_file():
-        raise PictureError("no such file", where=where, do="check the path")
-    if path.stat().st_size == 0:
-        raise PictureError("the file is empty (0 bytes)", where=where, do="the renderer was stopped before it wrote")
     upright = OpenImageIO.ImageSpec()
     upright.attribute("pnm:pfmflip", 1)  # a PFM's first row is the lowest; 3.2 turns it round only when told so
     upright.attribute("oiio:UnassociatedAlpha", 1)  # no multiplication by alpha on reading
@@ -302,7 +326,7 @@ def write_exr(
     spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
     for key, value in metadata.items():
         spec.attribute(key, value)
-    partial = path.with_name(f".{path.stem}.{os.getpid()}.partial.exr")
+    partial = path.with_name(f".{path.stem}.{secrets.token_hex(8)}.partial.exr")  # which nobody has put a link under
     target = OpenImageIO.ImageOutput.create(str(partial))
     if target is None or not target.open(str(partial), spec):
         raise PictureError(f"cannot write ({OpenImageIO.geterror()})", where=str(path), do="is the folder writable?")

@@ -6,11 +6,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from notabug.scenes_usd.errors import SceneError, SelectionError
+from notabug.scenes_usd.fence import SUFFIXES as SUFFIXES
 from notabug.scenes_usd.scene import Scene
-from notabug.scenes_usd.untrusted import check_scenes
+from notabug.scenes_usd.untrusted import check_scenes, problems
 
 CORPUS = Path(__file__).resolve().parent
-SUFFIXES = (".usda", ".usdc", ".usd", ".usdz")
 
 
 def read_scene(source: str | Path, variants: Mapping[str, str] | None = None) -> Scene:
@@ -44,10 +44,14 @@ def find(source: str | Path) -> Path:
     )
 
 
-def look_through(sources: Iterable[str]) -> None:
-    """Have the scenes among ``sources`` that are files checked together: one by one it takes a process for each."""
-    files = (Path(each) for each in sources if each.endswith(SUFFIXES))
-    check_scenes(each.resolve() for each in files if each.is_file())
+def look_through(sources: Iterable[str]) -> dict[str, SceneError]:
+    """Have the scenes among ``sources`` that are files checked together: one by one it takes a process for each.
+
+    What is wrong with those that reading would harm, by source.
+    """
+    files = {each: Path(each).resolve() for each in sources if each.endswith(SUFFIXES) and Path(each).is_file()}
+    wrong = problems(files.values())
+    return {source: wrong[path] for source, path in files.items() if path in wrong}
 
 
 def scene_id(path: Path) -> str:

@@ -10,6 +10,7 @@ from pxr import Tf, Usd, UsdGeom, UsdLux
 
 from notabug.scenes_usd.card import read_card
 from notabug.scenes_usd.errors import SceneError, SelectionError
+from notabug.scenes_usd.fence import check_opened, layers_of
 from notabug.scenes_usd.reader_camera import read_camera
 from notabug.scenes_usd.reader_geometry import read_mesh, read_sphere
 from notabug.scenes_usd.reader_light import read_distant, read_point
@@ -17,7 +18,7 @@ from notabug.scenes_usd.reader_shading import Materials
 from notabug.scenes_usd.reader_texture import Textures
 from notabug.scenes_usd.reader_values import fault, value
 from notabug.scenes_usd.scene import Light, Mesh, Object, Scene
-from notabug.scenes_usd.untrusted import is_trusted, layers_of
+from notabug.scenes_usd.untrusted import is_trusted
 
 _DRAWN_AS_NOTHING = ("", "Xform", "Scope", "Camera")  # and whatever is registered but not imageable
 
@@ -42,6 +43,8 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene
     if not root:
         raise SceneError("the stage has no default prim", where="/.defaultPrim", got=str(path), do="author defaultPrim")
     chosen = _choose(stage, root, variants)
+    if not is_trusted(path):
+        check_opened(stage, path)
     for error in stage.GetCompositionErrors():
         raise SceneError("the stage does not compose", where=str(error.rootSite.path), got=" ".join(str(error).split()))
     card = read_card(root.GetCustomData(), str(root.GetPath()))

@@ -10,11 +10,11 @@ import numpy as np
 from pxr import Ar, Usd, UsdShade
 
 from notabug.scenes_usd.errors import SceneError
+from notabug.scenes_usd.fence import check_inside, outermost
 from notabug.scenes_usd.picture import Picture, PictureError, read_picture
 from notabug.scenes_usd.reader_values import ROUNDED, check_plain, checked, fault, read
 from notabug.scenes_usd.scene import Floats, Texture
 from notabug.scenes_usd.srgb import decode_srgb
-from notabug.scenes_usd.untrusted import check_inside
 
 _INPUTS = {"file", "st", "wrapS", "wrapT", "sourceColorSpace", "scale", "bias", "fallback"}
 _IDENTITY = {"scale": (1.0, 1.0, 1.0, 1.0), "bias": (0.0, 0.0, 0.0, 0.0)}
@@ -63,8 +63,7 @@ class Textures:
             got = f"@{asset.path}@" if asset is not None else "no path"
             raise fault(prim, "inputs:file", "no such texture file", got=got, do="paths are relative to their layer")
         if self.root is not None:
-            outer = Ar.SplitPackageRelativePathOuter(name)[0] if Ar.IsPackageRelativePath(name) else name
-            check_inside(Path(outer), self.root, where=f"{prim.GetPath()}.inputs:file", got=f"@{asset.path}@")
+            check_inside(Path(outermost(name)), self.root, where=f"{prim.GetPath()}.inputs:file", got=f"@{asset.path}@")
         key = (name, wrap_s, wrap_t, space)
         if key not in self._index:
             self._index[key] = len(self.found)

@@ -1,8 +1,8 @@
 """Scenes from outside the corpus are data of unknown making: what they may refer to, and what reading them may cost.
 
-Two fences. A scene may name only files below its own folder: layers, payloads, textures. And it is first read in a
-child process with a limit of time and of memory, since nesting without end, arrays without end and prims that double
-at each level end OpenUSD's parser or this process before any check could. A scene that has passed is remembered by its
+Two fences. A scene may name only files below its own folder (``fence``). And it is first read in a child process with
+limits of processor time and of memory, since nesting without end, arrays without end and prims that double at each
+level end OpenUSD's parser or this process before any check could. A scene that has passed is remembered by its
 contents and by the states of the layers that it names.
 
 ``NOTABUG_TRUST`` names a folder (or several, as in PATH) whose scenes pass both fences unseen.
@@ -14,21 +14,27 @@ import contextlib
 import hashlib
 import json
 import os
+import signal
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import psutil
+
 from notabug.scenes_usd.cache_folder import cache_root
 from notabug.scenes_usd.errors import SceneError
+from notabug.scenes_usd.fence import TRUST, OutsideError, check_size
 
-TRUST = "NOTABUG_TRUST"
-SECONDS = 30  # of processor time in the child, and twice as many on the clock
+SECONDS = 30  # of processor time in the child
+STILL = 60.0  # seconds on the clock in which a child that waits for something has used no processor time
+LOOK = 1.0  # seconds from one look at it to the next
 MEMORY = 4 << 30  # bytes of address space in the child
-FILE = 256 << 20  # bytes of one layer
-LAYERS = 256
 TOGETHER = 32  # scenes that one child reads
+RULES = "2"  # of the fence: a scene that passed under others is read again
 
 
 def is_trusted(path: Path) -> bool:
@@ -39,20 +45,45 @@ def is_trusted(path: Path) -> bool:
 
 
 def check_scenes(paths: Iterable[Path]) -> None:
-    """Raise SceneError where reading one of ``paths``, which are resolved, would harm.
+    """Raise SceneError where reading one of ``paths``, which are resolved, would harm."""
+    for error in problems(paths).values():
+        raise error
+
+
+def problems(paths: Iterable[Path]) -> dict[Path, SceneError]:
+    """What is wrong with those of ``paths``, which are resolved, that would harm whoever reads them.
 
     What is not known from before is read by a child: one for many of them, which takes little longer than one for each
     takes to start. Where that goes wrong each is read by a child of its own, which tells the one at fault.
     """
-    unknown = [path for path in dict.fromkeys(paths) if not is_trusted(path) and not _is_known(path)]
+    found: dict[Path, SceneError] = {}
+    unknown = []
+    for path in dict.fromkeys(paths):
+        if is_trusted(path):
+            continue
+        try:
+            state, refused = _refused.get(path, (None, None))
+            if refused is not None and state == _state(path):
+                raise refused
+            if not _is_known(path):
+                unknown.append(path)
+        except SceneError as error:
+            found[path] = error
     for start in range(0, len(unknown), TOGETHER):
         part = unknown[start : start + TOGETHER]
         if len(part) == 1 or _read_by_child(part):
             for path in part:
                 _read_alone(path)
+    for path in unknown:
+        state, refused = _refused.get(path, (None, None))
+        if refused is not None and state == _state(path):
+            found[path] = refused
+    return found
 
 
-_passed: dict[Path, list[int] | None] = {}  # by this process's own knowledge: file, its state
+State = list[int] | None
+_passed: dict[Path, State] = {}  # by this process's own knowledge: file, its state
+_refused: dict[Path, tuple[State, SceneError]] = {}
 
 
 def _is_known(path: Path) -> bool:
@@ -60,7 +91,7 @@ def _is_known(path: Path) -> bool:
     now = _state(path)
     if _passed.get(path) == now:
         return True
-    _check_size(path)
+    check_size(path)
     try:
         layers = json.loads(_mark(path).read_text(encoding="utf-8"))
         known = all(_state(Path(name)) == state for name, state in layers.items())
@@ -72,115 +103,110 @@ def _is_known(path: Path) -> bool:
 
 
 def _read_alone(path: Path) -> None:
-    if got := _read_by_child([path]):
-        raise SceneError(
-            "reading this file ends its reader: nested too deep, or too large",
+    state = _state(path)
+    if ending := _read_by_child([path]):
+        error = SceneError(
+            f"reading this file ends its reader: {ending.reason}",
             where=str(path),
-            expected=f"{SECONDS} s and {MEMORY >> 30} GiB to be enough",
-            got=got,
+            expected=f"{SECONDS} s of processor time and {MEMORY >> 30} GiB to be enough",
+            got=ending.state,
             do=f"make it smaller; or set {TRUST} to its folder where you trust it",
         )
+        _refused[path] = (state, error)
 
 
-def _read_by_child(paths: Sequence[Path]) -> str:
-    """What went wrong where a child read ``paths``, or "": then they are remembered."""
+@dataclass(frozen=True, slots=True)
+class _Ending:
+    """How a child ended that did not read its scenes."""
+
+    state: str
+    reason: str
+
+
+def _read_by_child(paths: Sequence[Path]) -> _Ending | None:
+    """What went wrong where a child read ``paths``, or None: then they are remembered."""
     before = [(_state(path), _mark(path)) for path in paths]
     command = [sys.executable, "-P", "-m", "notabug.scenes_usd.untrusted_child", *map(str, paths)]
-    try:
-        ended = subprocess.run(
+    with (
+        tempfile.TemporaryFile() as told,
+        tempfile.TemporaryFile() as log,
+        tempfile.TemporaryDirectory(prefix="notabug-") as own,
+    ):
+        child = subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=2 * SECONDS,
+            stdout=told,
+            stderr=log,
             cwd=paths[0].parent,
-            check=False,
+            env={**os.environ, "TMPDIR": own},
         )
-    except subprocess.TimeoutExpired:
-        return f"no end after {2 * SECONDS} s"
-    lines = ended.stdout.decode("utf-8", "replace").splitlines()
-    if ended.returncode or len(lines) != len(paths):
-        return f"exit state {ended.returncode}"
+        try:
+            ended = _wait(child)
+        finally:
+            child.kill()
+            child.wait()
+        told.seek(0)
+        log.seek(0)
+        lines = told.read().decode("utf-8", "replace").splitlines()
+        if not ended:
+            return _Ending(f"no processor time used in {STILL:g} s", "it waits for something without end")
+        if child.returncode or len(lines) != len(paths):
+            return _ending(child.returncode, log.read(1 << 20))
     for path, (state, mark), line in zip(paths, before, lines, strict=True):
+        said = json.loads(line)
+        if said["outside"] is not None:
+            what, where, expected, got, do = said["outside"]
+            _refused[path] = (state, OutsideError(what, where=where, expected=expected, got=got, do=do))
+            continue
         _passed[path] = state
-        layers = json.loads(line)
-        if layers is not None:  # of a scene that was refused for one of them the others were not looked at
+        if said["layers"] is not None:  # of a scene that was refused for one of them the others were not looked at
             with contextlib.suppress(OSError):  # a full disk costs time: it is read by a child again
                 mark.parent.mkdir(parents=True, exist_ok=True)
-                mark.write_text(json.dumps({name: _state(Path(name)) for name in layers}), encoding="utf-8")
-    return ""
+                mark.write_text(json.dumps({name: _state(Path(name)) for name in said["layers"]}), encoding="utf-8")
+    return None
 
 
-def layers_of(path: Path) -> Iterator[tuple[Path, Any]]:
-    """The files that ``path`` is composed of, itself first, and what is open of each: an Sdf.Layer, or None.
+def _wait(child: subprocess.Popen[bytes]) -> bool:
+    """Wait for ``child``, whose processor time has a limit: on a busy machine that may take any time on the clock.
 
-    Raises SceneError where a layer names a file outside the folder of ``path``. Layers are opened, not composed.
+    False where it stands still: it sleeps, and has used no processor time for STILL seconds.
     """
-    from pxr import Sdf, Tf
-
-    root = path.parent
-    waiting, seen = [str(path)], set[str]()
-    while waiting:
-        name = waiting.pop()
-        if name in seen:
-            continue
-        seen.add(name)
-        if len(seen) > LAYERS:
-            raise SceneError("too many layers", where=str(path), expected=f"at most {LAYERS}")
-        outer = Path(_outer(name))
-        layer = None
-        if outer.is_file():  # where not, and where it cannot be opened, composing says so
-            check_inside(outer, root, where=str(path))
-            _check_size(outer)
-            with contextlib.suppress(Tf.ErrorException):
-                layer = Sdf.Layer.FindOrOpen(name)
-        yield outer, layer
-        if layer is None:
-            continue
-        named = {*layer.GetCompositionAssetDependencies(), *layer.GetExternalAssetDependencies()}
-        for each in named - {""}:
-            if "://" in each:
-                raise SceneError("a scene may name only files", where=name, got=each)
-            resolved = layer.ComputeAbsolutePath(each)
-            check_inside(Path(_outer(resolved)), root, where=name, got=each)
-            waiting.append(resolved)
+    watched = psutil.Process(child.pid)
+    used, still = -1.0, 0.0
+    while True:
+        try:
+            child.wait(LOOK)
+            return True
+        except subprocess.TimeoutExpired:
+            with contextlib.suppress(psutil.Error):
+                now = sum(watched.cpu_times()[:2])
+                waits = watched.status() in (psutil.STATUS_SLEEPING, psutil.STATUS_DISK_SLEEP, psutil.STATUS_STOPPED)
+                still = still + LOOK if waits and now == used else 0.0
+                used = now
+            if still >= STILL:
+                return False
 
 
-def check_inside(file: Path, root: Path, *, where: str, got: str = "") -> None:
-    """Raise SceneError where ``file``, links followed, is not below the folder ``root``."""
-    if not file.resolve().is_relative_to(root.resolve()):
-        raise SceneError(
-            "a file outside of the scene's folder",
-            where=where,
-            expected=f"below {root}",
-            got=got or str(file),
-            do=f"copy it there; or set {TRUST} to a folder that holds both",
-        )
+def _ending(code: int, log: bytes) -> _Ending:
+    """What the exit state of a child says, without a word from its log, which may quote any file."""
+    if code == -getattr(signal, "SIGXCPU", 0):
+        return _Ending(f"stopped after {SECONDS} s of processor time", "it takes too long")
+    if b"MemoryError" in log or b"bad_alloc" in log:
+        return _Ending(f"exit state {code}, out of memory", "it is too large")
+    return _Ending(f"exit state {code}", "it is nested too deep, or too large")
 
 
-def _outer(name: str) -> str:
-    """The file that holds ``name``: the package of a path such as ``a.usdz[b.usd]``."""
-    from pxr import Ar
-
-    return str(Ar.SplitPackageRelativePathOuter(name)[0]) if Ar.IsPackageRelativePath(name) else name
-
-
-def _check_size(path: Path) -> None:
-    size = path.stat().st_size
-    if size > FILE:
-        raise SceneError("the file is too large", where=str(path), expected=f"at most {FILE >> 20} MiB", got=str(size))
-
-
-def _state(path: Path) -> list[int] | None:
+def _state(path: Path) -> State:
     """What tells one state of a file from another; None where it is not there."""
     try:
         seen = path.stat()
     except OSError:
         return None
-    return [seen.st_size, seen.st_mtime_ns]
+    return [seen.st_size, seen.st_mtime_ns, seen.st_dev, seen.st_ino]
 
 
 def _mark(path: Path) -> Path:
     """The file in the cache that holds the states of the layers with which ``path``, as it is now, has passed."""
     state: Any = hashlib.blake2b(path.read_bytes(), digest_size=16)
-    state.update(str(path).encode("utf-8", "surrogateescape"))
+    state.update(f"{RULES} {path}".encode("utf-8", "surrogateescape"))
     return cache_root() / "scenes" / str(state.hexdigest())

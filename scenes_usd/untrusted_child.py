@@ -1,20 +1,29 @@
 """The process in which scenes of unknown making are read first.
 
-``python -m notabug.scenes_usd.untrusted_child FILE...`` ends with 0 where each scene was read or refused by name: the
-process that asks will then do the same. Anything else, a crash, a signal or no end, is the answer. For each scene it
-prints a line, a JSON list of its layers, or null where it was refused for one of them.
+``python -m notabug.scenes_usd.untrusted_child FILE...`` ends with 0 where each scene was read or refused by name.
+Anything else, a crash, a signal or no end, is the answer. For each scene it prints a line of JSON: ``layers``, the list
+of its layers' files or null where it was refused for one of them, and ``outside``, the parts of the message where it
+would open a file outside of its folder.
+
+Where the system can confine it (Landlock), it opens no file but below the scenes' folders and where Python and its
+libraries are, and writes only below the temporary folder that it was given, TMPDIR.
 """
 
 from __future__ import annotations
 
 import contextlib
 import json
+import os
 import sys
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 from notabug.scenes_usd.errors import NotabugError
-from notabug.scenes_usd.untrusted import MEMORY, SECONDS, layers_of
+from notabug.scenes_usd.fence import OutsideError, layers_of
+from notabug.scenes_usd.landlock import confine, programs
+from notabug.scenes_usd.reader_stage import read_stage
+from notabug.scenes_usd.untrusted import MEMORY, SECONDS
 
 
 def main(paths: Sequence[Path]) -> None:
@@ -24,15 +33,22 @@ def main(paths: Sequence[Path]) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1))
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    confine(programs() | {path.parent for path in paths}, [Path(tempfile.gettempdir()), Path(os.devnull)])
     for path in paths:
-        layers = None
-        with contextlib.suppress(NotabugError):
-            layers = [str(file) for file, _ in layers_of(path)]
-            from notabug.scenes_usd.reader_stage import read_stage
-
-            read_stage(path, path.stem, {})
-        sys.stdout.write(json.dumps(layers) + "\n")
+        sys.stdout.write(json.dumps(_tried(path)) + "\n")
         sys.stdout.flush()
+
+
+def _tried(path: Path) -> dict[str, object]:
+    layers, outside = None, None
+    try:
+        layers = [str(file) for file, _ in layers_of(path)]
+        read_stage(path, path.stem, {})
+    except OutsideError as error:
+        layers, outside = None, [error.what, error.where, error.expected, error.got, error.do]
+    except NotabugError:
+        pass  # the process that asks will say the same
+    return {"layers": layers, "outside": outside}
 
 
 if __name__ == "__main__":

@@ -67,17 +67,22 @@ def build(
     runs = [read_run(each) for each in folders]
     plots = _plots(bench)
     store = Store(out)
-    exhibits = collect(runs, store, every_variant=every_variant, with_models=with_models, white=white, only=only)
-    for each in exhibits:
-        if with_models and step and each.artifact_class != "own":
-            with contextlib.suppress(NotabugError):  # a variant that the corpus does not have
-                each.terms = store.record(terms(scene_of(each), step))
-        each.record = store.record(document(each))
-    site = {"scenes": [[each.scene, each.variant, each.record] for each in exhibits]}
-    store.text("data/site.js", f"notabug.site({_json(site)});\n")
-    _pages(store, exhibits, runs, plots, with_models=with_models, white=white)
-    for name in ASSETS:
-        store.text(f"assets/{name}", files("notabug.gallery").joinpath("static", name).read_text(encoding="utf-8"))
+    try:
+        exhibits = collect(runs, store, every_variant=every_variant, with_models=with_models, white=white, only=only)
+        for each in exhibits:
+            if with_models and step and each.artifact_class != "own":
+                with contextlib.suppress(NotabugError):  # a variant that the corpus does not have
+                    each.terms = store.record(terms(scene_of(each), step))
+            each.record = store.record(document(each))
+        site = {"scenes": [[each.scene, each.variant, each.record] for each in exhibits]}
+        store.text("data/site.js", f"notabug.site({_json(site)});\n")
+        _pages(store, exhibits, runs, plots, with_models=with_models, white=white)
+        for name in ASSETS:
+            asset = files("notabug.gallery").joinpath("static", name)
+            store.text(f"assets/{name}", asset.read_text(encoding="utf-8"))
+    except BaseException:
+        store.stop()
+        raise
     store.sweep()
     return out / "index.html"
 

@@ -13,10 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.folders import write_text
+from notabug.own_folder import claim, keep_list, listed, sweep
 from notabug.report.pictures import Bytes, tone_map
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import write_exr
 
+KIND = "gallery"
 Floats = npt.NDArray[np.floating]
 
 
@@ -27,8 +29,10 @@ class Store:
     """
 
     def __init__(self, out: Path) -> None:
+        claim(out, KIND)
         self.out = out
         self.written: set[Path] = set()
+        self._there = listed(out)  # what earlier galleries wrote
         for folder in ("data", "thumbs"):
             (out / folder).mkdir(parents=True, exist_ok=True)
 
@@ -71,11 +75,16 @@ class Store:
         self._write(path, text)
 
     def sweep(self) -> None:
-        """Remove what an earlier gallery in this folder left behind."""
-        for folder, ending in (("data", "js"), ("thumbs", "webp"), ("bench", "svg")):
-            for path in (self.out / folder).glob(f"*.{ending}"):
-                if path not in self.written:
-                    path.unlink()
+        """Remove what an earlier gallery in this folder left behind, and nothing else."""
+        sweep(self.out, self._there - self._names())
+        keep_list(self.out, KIND, self._names())
+
+    def stop(self) -> None:
+        """Remember what was written until now: the gallery is not finished."""
+        keep_list(self.out, KIND, self._there | self._names())
+
+    def _names(self) -> frozenset[str]:
+        return frozenset(path.relative_to(self.out).as_posix() for path in self.written)
 
     def _write(self, path: Path, text: str) -> None:
         if path not in self.written:

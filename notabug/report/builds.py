@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from notabug.exit_codes import ExitCode
-from notabug.record import Result
+from notabug.record import Result, load
 from notabug.report.github import github
 from notabug.report.junit import junit
 from notabug.report.markdown import markdown
-from notabug.report.page import load
 from notabug.report.sarif import sarif
 
 Writer = Callable[[dict[str, Any], list[Result], Path], str]
@@ -30,6 +29,6 @@ def command(out: Path, to: str) -> ExitCode:
     sys.stdout.write(WRITERS[to](document, results, out))
     summary = os.environ.get("GITHUB_STEP_SUMMARY", "")
     if to == "github" and summary:
-        with Path(summary).open("a", encoding="utf-8") as page:
+        with Path(summary).open("a", encoding="utf-8", errors="backslashreplace") as page:
             page.write(markdown(document, results, out))
     return ExitCode.OK

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from notabug.metrics.verdict import GLYPH
+from notabug.printable import printable
 from notabug.record import Result
 from notabug.words import area, finding_names, number, strongest, tally
 
@@ -51,4 +52,4 @@ def _table(name: str, results: Sequence[Result]) -> list[str]:
 
 def _plain(text: str) -> str:
     """``text`` as itself, whatever it would mean in Markdown or HTML."""
-    return _MARKS.sub(lambda mark: f"&#{ord(mark[1])};", " ".join(text.split()))
+    return _MARKS.sub(lambda mark: f"&#{ord(mark[1])};", printable(" ".join(text.split())))

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import json
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from markupsafe import Markup
 
 from notabug.folders import write_text
 from notabug.gallery.templating import environment
-from notabug.record import SCHEMA, Result
+from notabug.record import Result, load
 from notabug.report.pictures import address, levels, tone_map
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture
@@ -129,7 +127,7 @@ def _page(out: Path, white: float, pictures: Pictures) -> Path:
     from jinja2 import UndefinedError
 
     document = load(out)
-    results = [Result.from_dict(each) for each in _results(document, out)]
+    results = [Result.from_dict(each) for each in document["results"]]
     names = list(dict.fromkeys(each.renderer for each in results))
     rows: dict[tuple[str, str], Row] = {}
     for each in results:
@@ -160,28 +158,6 @@ def _page(out: Path, white: float, pictures: Pictures) -> Path:
     target = out / "report.html"
     write_text(target, page)
     return target
-
-
-def load(out: Path) -> dict[str, Any]:
-    """``run.json`` of the folder ``out``."""
-    path = out / "run.json"
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise NotabugError("cannot read the run", where=str(path), got=error.strerror or "", do="notabug run") from None
-    except ValueError as error:
-        raise NotabugError("not a run's record", where=str(path), got=str(error)) from None
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        got = str(document.get("schema")) if isinstance(document, dict) else type(document).__name__
-        raise NotabugError("not a run's record", where=str(path), expected=f"schema {SCHEMA}", got=got)
-    return document
-
-
-def _results(document: dict[str, Any], out: Path) -> list[Any]:
-    found = document.get("results")
-    if not isinstance(found, list):
-        raise NotabugError("not a run's record", where=str(out / "run.json"), expected="a list of results")
-    return found
 
 
 def _cell(result: Result, pictures: Pictures) -> Cell:

@@ -59,7 +59,7 @@ def _result(result: Result, finding: Finding | None, rules: list[str]) -> dict[s
         "message": {"text": f"{title(result)}: {finding.message if finding and finding.message else sentence(result)}"},
         "locations": [
             {
-                "physicalLocation": {"artifactLocation": {"uri": quote(scene_file(result))}},
+                "physicalLocation": {"artifactLocation": {"uri": quote(scene_file(result), errors="replace")}},
                 "logicalLocations": [{"name": result.renderer, "fullyQualifiedName": title(result)}],
             }
         ],

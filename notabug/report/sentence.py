@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 from pathlib import Path
 
+from notabug.printable import printable
 from notabug.record import Result
-from notabug.scenes_usd.errors import SelectionError
-from notabug.scenes_usd.reader import find
+from notabug.scenes_usd.fence import SUFFIXES
 from notabug.words import area, finding_names, number, strongest
 
 
 def title(result: Result) -> str:
     """``terminator/sphere tessellation=24x12 povray``."""
-    return " ".join(part for part in (result.scene, result.variant, result.renderer) if part)
+    return printable(" ".join(part for part in (result.scene, result.variant, result.renderer) if part))
 
 
 def sentence(result: Result) -> str:
@@ -27,15 +29,23 @@ def sentence(result: Result) -> str:
         parts.append(f"accepted because {result.because}")
     if verdict.message and verdict.word not in ("pass", "limitation"):
         parts.append(" ".join(verdict.message.split()))
-    return "; ".join(parts)
+    return printable("; ".join(parts))
 
 
 def scene_file(result: Result) -> str:
-    """The scene's file, relative to this folder where it is below it; a scene of the corpus by its place in it."""
+    """The scene's file, relative to this folder where it is below it; a scene of the corpus by its place in it.
+
+    Only the record is asked: the scene need not be there.
+    """
+    if "/" in result.scene:
+        return f"scenes_usd/{result.scene}.usda"
     try:
-        words = result.command.split()
-        path = find(words[2] if words[:2] == ["notabug", "run"] and result.scene not in words else result.scene)
-    except (SelectionError, IndexError, OSError):
+        words = shlex.split(result.command)
+    except ValueError:
+        words = []
+    named = next((Path(word) for word in words if word.endswith(SUFFIXES) and Path(word).stem == result.scene), None)
+    if named is None:
         return f"{result.scene}.usda"
-    here = Path.cwd().resolve()
-    return path.relative_to(here).as_posix() if path.is_relative_to(here) else f"scenes_usd/{result.scene}.usda"
+    here = Path.cwd()
+    path = Path(os.path.normpath(here / named))
+    return path.relative_to(here).as_posix() if path.is_relative_to(here) else path.name

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import os
+import subprocess
 import sys
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint
@@ -378,3 +380,47 @@ def test_a_radiance_file_is_declared_as_it_is() -> None:
     declared = configured("mine", table(**GOOD, image="hdr"), {}).declaration(Quality())
     assert (declared.quantum, declared.relative_quantum, declared.shared_exponent) == (2.0**-7, True, True)
     assert not configured("mine", table(**GOOD), {}).declaration(Quality()).shared_exponent
+
+
+RUNS = '[renderers.mine]\ncommand = ["sh"]\nversion = ["sh", "-c", "touch ran"]\n'
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give files away")
+@pytest.mark.parametrize("name", ["notabug.toml", "pyproject.toml"])
+def test_a_configuration_of_another_user_is_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / name
+    path.write_text(RUNS if name == "notabug.toml" else RUNS.replace("renderers", "tool.notabug.renderers"))
+    os.chown(path, 65534, 65534)
+    inner = tmp_path / "mine"
+    inner.mkdir()
+    with pytest.raises(ConfigError, match=r"may be somebody else's is not read; got it belongs to .*NOTABUG_CONFIG"):
+        find_config(inner)
+    for variable in ("NOTABUG_OWNERS", "SUDO_UID"):
+        with monkeypatch.context() as patch:
+            patch.setenv(variable, "65534")
+            assert find_config(inner) == path
+    monkeypatch.setenv("NOTABUG_CONFIG", str(path))
+    assert find_config(inner) == path
+
+
+def test_a_configuration_that_anybody_may_write_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "notabug.toml"
+    path.write_text(RUNS)
+    path.chmod(0o666)
+    with pytest.raises(ConfigError, match="anybody may write to it; chmod o-w"):
+        find_config(tmp_path)
+    path.chmod(0o664)  # a group of its own is usual
+    assert find_config(tmp_path) == path
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give files away")
+def test_doctor_runs_no_program_that_another_user_names(tmp_path: Path) -> None:
+    (tmp_path / "notabug.toml").write_text(RUNS)
+    os.chown(tmp_path / "notabug.toml", 65534, 65534)
+    inner = tmp_path / "mine"
+    inner.mkdir()
+    words = [sys.executable, "-m", "notabug", "doctor"]
+    done = subprocess.run(words, cwd=inner, capture_output=True, text=True, check=False)
+    assert done.returncode == 2, done.stderr
+    assert "NOTABUG_OWNERS" in done.stderr
+    assert not list(tmp_path.rglob("ran"))

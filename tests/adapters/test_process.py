@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
+import psutil
 import pytest
 
+from notabug.adapters import trees
 from notabug.adapters.base import RendererError
-from notabug.adapters.process import LOG_BYTES, Ended, made_picture, run_child
+from notabug.adapters.process import LOG_BYTES, Ended, Limits, made_picture, run_child
 
 
 def run(code: str, folder: Path, timeout: float = 60.0, **environment: str) -> Ended:
@@ -92,3 +97,163 @@ def test_picture_that_was_not_made(tmp_path: Path) -> None:
 def test_child_reads_no_terminal(tmp_path: Path) -> None:
     assert run("import sys; print(repr(sys.stdin.read()))", tmp_path).log == "''\n"
     assert os.getpid() != 0
+
+
+LEAVES = """
+import os, subprocess, sys, time
+sleeper = [sys.executable, "-S", "-c", "import time; time.sleep(3600)"]
+def note(pid):
+    with open("pids", "a") as file:
+        file.write(f"{pid}\\n")
+"""
+WAYS = {
+    "an empty environment": "note(subprocess.Popen(sleeper, env={}, start_new_session=True).pid)",
+    "two forks": """
+if os.fork() == 0:
+    os.setsid()
+    if os.fork() == 0:
+        note(os.getpid())
+        os.execve(sys.executable, sleeper, {})
+    os._exit(0)
+os.wait()
+time.sleep(0.1)
+""",
+    "a shell": """
+subprocess.run(["sh", "-c", "env -i setsid sh -c 'echo $$ >> pids; exec sleep 3600' & sleep 0.2"])
+""",
+    "without its keeper": """
+note(subprocess.Popen(sleeper, start_new_session=True).pid)
+os.kill(os.getppid(), 9)
+time.sleep(3600)
+""",
+}
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs a reaper of orphans")
+@pytest.mark.parametrize("how", WAYS)
+def test_nothing_outlives_a_job_however_it_detached(how: str, tmp_path: Path) -> None:
+    run(LEAVES + WAYS[how], tmp_path)
+    pids = [int(each) for each in (tmp_path / "pids").read_text().split()]
+    assert pids
+    assert all(is_gone(each) for each in pids)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs a reaper of orphans")
+@pytest.mark.parametrize("ending", [signal.SIGTERM, signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize("how", ["an empty environment", "two forks"])
+def test_a_renderer_ends_with_whoever_started_it(ending: signal.Signals, how: str, tmp_path: Path) -> None:
+    program = f"{LEAVES}{WAYS[how]}\nnote(os.getpid())\nopen('ready', 'w').close()\ntime.sleep(3600)"
+    code = f"""
+import sys
+from pathlib import Path
+from notabug.adapters.process import run_child
+run_child([sys.executable, "-c", {program!r}], where="trial", folder=Path({str(tmp_path)!r}), timeout=600.0)
+"""
+    parent = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.DEVNULL)
+    for _ in range(6000):
+        if (tmp_path / "ready").exists():
+            break
+        time.sleep(0.01)
+    parent.send_signal(ending)
+    parent.wait()
+    pids = [int(each) for each in (tmp_path / "pids").read_text().split()]
+    assert len(pids) == 2
+    for _ in range(1000):
+        if all(is_gone(each) for each in pids):
+            break
+        time.sleep(0.01)
+    assert all(is_gone(each) for each in pids)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs a reaper of orphans")
+def test_no_zombie_is_left(tmp_path: Path) -> None:
+    before = {each.pid for each in psutil.Process().children()}  # of parents that the test above killed
+    run("import os\nfor _ in range(100):\n if os.fork() == 0: os._exit(0)", tmp_path)
+    run("import os\nfor _ in range(100):\n if os.fork() == 0:\n  os.setsid()\n  os._exit(0)", tmp_path)
+    (tmp_path / "pids").touch()
+    run(LEAVES + WAYS["without its keeper"], tmp_path)
+    assert not [each for each in psutil.Process().children(recursive=True) if each.pid not in before]
+
+
+def test_output_in_nested_folders_counts(tmp_path: Path) -> None:
+    code = """
+import os
+for _ in range(20):
+    os.mkdir("in"); os.chdir("in")
+open("big", "wb").write(bytes(4 << 20))
+"""
+    ended = run_child(
+        [sys.executable, "-c", code], where="trial", folder=tmp_path, timeout=60.0, limits=Limits(output=3 << 20)
+    )
+    assert ended.stopped == "output"
+
+
+@pytest.mark.parametrize("what", ["nested", "many", "unread"])
+def test_output_that_cannot_be_counted_is_too_much(what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(trees, "MOST", 200)
+    (tmp_path / "few").mkdir()
+    assert trees.size(tmp_path, 1 << 20) <= 1 << 20
+    if what == "many":
+        for index in range(300):
+            (tmp_path / "few" / str(index)).touch()
+    elif what == "nested":
+        nest(tmp_path / "few", 3000)
+    else:
+        real = os.scandir
+
+        def refused(path: Any) -> Any:
+            if str(path).endswith("few"):
+                raise PermissionError(13, "Permission denied", str(path))
+            return real(path)
+
+        monkeypatch.setattr("os.scandir", refused)
+    assert trees.size(tmp_path, 1 << 20) > 1 << 20
+    monkeypatch.undo()
+    trees.empty(tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def nest(folder: Path, depth: int) -> None:
+    """``depth`` folders, each in the one before: too deep for any path."""
+    opened = os.open(folder, os.O_RDONLY)
+    for _ in range(depth):
+        os.mkdir("in", dir_fd=opened)
+        inner = os.open("in", os.O_RDONLY, dir_fd=opened)
+        os.close(opened)
+        opened = inner
+    os.close(opened)
+
+
+def test_removing_follows_no_link(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "file").write_text("mine")
+    (tmp_path / "job" / "in").mkdir(parents=True)
+    (tmp_path / "job" / "in" / "link").symlink_to(tmp_path / "mine")
+    (tmp_path / "job" / "link").symlink_to(tmp_path / "mine")
+    (tmp_path / "job" / "kept").touch()
+    trees.empty(tmp_path / "job", frozenset({"kept"}))
+    assert [each.name for each in (tmp_path / "job").iterdir()] == ["kept"]
+    assert (tmp_path / "mine" / "file").read_text() == "mine"
+    (tmp_path / "run").symlink_to(tmp_path / "mine")
+    trees.remove(tmp_path / "run")
+    assert (tmp_path / "mine" / "file").is_file()
+
+
+def test_making_a_folder_takes_links_and_files_out_of_its_way(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "a").symlink_to(tmp_path / "mine")
+    trees.make(tmp_path / "run" / "a" / "b", tmp_path / "run")
+    (tmp_path / "run" / "a" / "c").write_text("a file")
+    trees.make(tmp_path / "run" / "a" / "c" / "d", tmp_path / "run")
+    assert (tmp_path / "run" / "a" / "c" / "d").is_dir()
+    assert not list((tmp_path / "mine").iterdir())
+
+
+def test_a_renderer_that_replaces_a_folder_of_the_run_is_told_so(tmp_path: Path) -> None:
+    job = tmp_path / "renders" / "job"
+    job.mkdir(parents=True)
+    (tmp_path / "mine").mkdir()
+    code = f"import os; os.rename('{tmp_path}/renders', '{tmp_path}/away'); os.symlink('mine', '{tmp_path}/renders')"
+    with pytest.raises(RendererError, match="replaced a folder of the run"):
+        run(code, job)

@@ -12,10 +12,12 @@ from xml.etree import ElementTree
 import junitparser
 import pytest
 
+from notabug.adapters.base import RendererError
 from notabug.comparing import compare
 from notabug.merging import MergeError, merge
 from notabug.metrics.verdict import Finding, Verdict
 from notabug.record import Result
+from notabug.scenes_usd.reader import find
 from notabug.selection import Choice, part
 
 NASTY = "a]]>\x00<b>\n::error::x|`%"
@@ -176,3 +178,98 @@ def test_changes_are_sorted_worst_first(door: Any) -> None:
     assert compare(after, after) == []
     slightly = replace(after[0], verdict=one("a", "limitation", 12.0 + 1e-6).verdict)
     assert compare(after[:1], [slightly]) == []
+
+
+def test_a_merge_that_would_hide_something_is_refused(door: Any, tmp_path: Path) -> None:
+    scenes = ("terminator/sphere", "terminator/bowl", "texture/uneven_quad", "mirror/corner")
+    for index in (1, 2):
+        door("run", *scenes, "--out", f"part{index}", "--shard", f"{index}/2")
+    assert door("merge", "part1", "--out", "half") == 2
+    assert "missing: the shard 2/2" in door.stderr
+    assert not Path("half/run.json").exists()
+    assert door("merge", "part1", "--out", "half", "--partial") == 0
+    half = json.loads(Path("half/run.json").read_text())
+    assert (half["finished"], half["partial"]) == (False, True)
+    assert door("merge", "half", "part2", "--out", "whole") == 2  # what is not whole does not become so
+    assert door("merge", "part1", "part2", "--out", "whole") == 0
+    assert json.loads(Path("whole/run.json").read_text())["finished"] is True
+    assert door("merge", "whole", "--out", "again") == 0  # its shards were merged before
+    record = json.loads(Path("part1/run.json").read_text())
+    lost = next(each["image"] for each in record["results"] if each["image"])
+    (Path("part1") / lost).unlink()
+    assert door("merge", "part1", "part2", "--out", "lossy") == 2
+    assert lost in door.stderr
+    assert door("merge", "part1", "part2", "--out", "lossy", "--partial") == 0
+    record["jobs"]["shard"] = "1/3"
+    Path("part1/run.json").write_text(json.dumps(record))
+    assert door("merge", "part1", "part2", "--out", "other", "--partial") == 2
+    assert "shards of different runs" in door.stderr
+    record["finished"] = False
+    Path("part1/run.json").write_text(json.dumps(record))
+    assert door("merge", "part1", "--out", "other") == 2
+    assert "the end of the run in part1" in door.stderr
+
+
+@pytest.mark.parametrize("image", ["run.json", ".", "a/../run.json", "report.html", "terminator/x.json"])
+def test_a_record_cannot_have_other_files_merged(door: Any, tmp_path: Path, image: str) -> None:
+    door("run", "terminator/sphere", "--out", "one")
+    record = json.loads(Path("one/run.json").read_text())
+    record["results"][0]["image"] = image
+    Path("one/run.json").write_text(json.dumps(record))
+    (Path("one") / "a").mkdir()
+    (Path("one") / "terminator" / "x.json").write_text("{}")
+    assert door("merge", "one", "--out", "whole", "--partial") == 2
+    assert "not a picture of a run" in door.stderr
+    assert not Path("whole/run.json").exists()
+
+
+def test_reports_need_no_scene(door: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    inner = tmp_path / "my scenes"
+    inner.mkdir()
+    source = inner / "card.usda"
+    source.write_text(find("calibration/plain_card").read_text())
+    door.judge.verdicts["card"] = Verdict("bug", message="x")
+    assert door.run("my scenes/card.usda") == 1
+    assert door("report", str(door.out), "--to", "github") == 0
+    assert "file=my scenes/card.usda," in door.stdout
+    source.unlink()
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    for place in (tmp_path, elsewhere):
+        monkeypatch.chdir(place)
+        for kind in ("github", "sarif", "junit", "markdown"):
+            assert door("report", str(door.out), "--to", kind) == 0
+            assert "card" in door.stdout
+
+
+ESCAPES = "\x1b]52;c;cm0gLXJm\x07\x1b]0;title\x07\x1b[8mhidden\x9b31m\u202ereversed\r"
+
+
+@pytest.mark.parametrize("kind", ["summary", "github", "markdown", "sarif", "junit", "json", "diff"])
+def test_no_control_character_of_a_log_reaches_a_terminal(door: Any, kind: str) -> None:
+    door.grey.mishaps["terminator/sphere"] = RendererError(f"it crashed\n  | {ESCAPES}")
+    assert door.run("terminator/sphere", *(["--json"] if kind == "json" else [])) == 3
+    if kind in ("github", "markdown", "sarif", "junit"):
+        assert door("report", str(door.out), "--to", kind) == 0
+    elif kind == "diff":
+        assert door("diff", str(door.out), str(door.out)) == 0
+    assert not set(door.stdout + door.stderr) & set("\x1b\x07\x9b\u202e\r")
+    if kind == "json":
+        assert "\x9b31m" in json.loads(door.stdout)["results"][0]["message"]
+
+
+def test_a_terminal_gets_styles_of_ours_alone() -> None:
+    import io
+
+    from rich.text import Text
+
+    from notabug.printable import SafeConsole
+
+    out = io.StringIO()
+    console = SafeConsole(file=out, force_terminal=True, color_system="standard", width=200, legacy_windows=False)
+    console.print(Text(ESCAPES, style="bold red"), ESCAPES)
+    said = out.getvalue()
+    assert "\x1b[1;31m" in said
+    assert "hidden" in said
+    for each in ("\x1b]", "\x1b[8m", "\x07", "\x9b", "\u202e"):
+        assert each not in said

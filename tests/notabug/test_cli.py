@@ -58,8 +58,8 @@ def test_a_crew_is_started_ahead_for_a_long_run_alone(
     words: list[str], long: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     started: list[str] = []
-    monkeypatch.setattr(program, "cores_here", lambda: 2)
-    monkeypatch.setattr(program, "prepare", lambda: started.append("crew"))
+    monkeypatch.setattr("notabug.crew.cores_here", lambda: 2)
+    monkeypatch.setattr("notabug.crew.prepare", lambda: started.append("crew"))
     monkeypatch.setattr("notabug.cli.main", lambda: started.append("words are read"))
     monkeypatch.setattr(sys, "argv", ["notabug", *words])
     program.main()
@@ -195,7 +195,7 @@ def test_judge_refuses_what_is_no_picture(door: Any, words: list[str], says: str
 
 
 @pytest.mark.parametrize(
-    "error", [ValueError("a [red]value[/]"), MemoryError(), RecursionError("deep"), OSError(28, "full")]
+    "error", [ValueError("a [red]value[/]"), MemoryError(), RecursionError("deep"), ConnectionRefusedError(111, "no")]
 )
 def test_a_defect_of_ours_is_no_bug_of_a_renderer(
     error: Exception, door: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
@@ -211,6 +211,44 @@ def test_a_defect_of_ours_is_no_bug_of_a_renderer(
     (saved,) = tmp_path.glob("notabug-*.log")
     assert str(saved) in door.stderr
     assert "Traceback" in saved.read_text()
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        OSError(28, "No space left on device"),
+        PermissionError(13, "Permission denied", "/x/run.json"),
+        OSError(30, "Read-only file system", "/x"),
+        IsADirectoryError(21, "Is a directory", "/x/log.txt"),
+        OSError(27, "File too large"),
+    ],
+)
+def test_what_the_system_says_of_files_is_one_line_and_a_usage_error(
+    error: OSError, door: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr("notabug.listing.command", fail)
+    assert door("list") == ExitCode.USAGE
+    assert door.stderr.count("\n") == 1
+    assert str(error.strerror) in door.stderr
+    assert str(error.filename or "") in door.stderr
+
+
+def test_an_import_that_fails_is_no_bug_of_a_renderer(tmp_path: Path) -> None:
+    """A broken installation ends with Python's own exit code, 1, which here stands for a renderer's bug."""
+    (tmp_path / "typer.py").write_text("raise ImportError('broken')")
+    done = subprocess.run(
+        [sys.executable, "-c", "import notabug.__main__ as program; program.main()", "list"],
+        env={**os.environ, "PYTHONPATH": f"{tmp_path}:{os.environ.get('PYTHONPATH', '')}", "TMPDIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 70, done.stderr
+    assert done.stderr.count("\n") == 1
+    assert len(list(tmp_path.glob("notabug-*.log"))) == 1
 
 
 def test_where_no_trace_can_be_saved_it_is_printed(door: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -231,5 +269,5 @@ def test_a_cache_that_cannot_be_is_a_usage_error(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 2, done.stderr
-    assert "the cache cannot be written to" in done.stderr
+    assert "the cache cannot be used" in done.stderr
     assert done.stderr.count("\n") == 1

@@ -17,6 +17,7 @@ import numpy as np
 import psutil
 import pytest
 
+from notabug import crew as crew_module
 from notabug.adapters.export.formats import write_pfm
 from notabug.crew import Alone, Processes, cores_here, crew, prepare
 from notabug.references.predict import predict
@@ -106,6 +107,31 @@ def test_getting_ready_leaves_the_environment_as_it_is() -> None:
     before = dict(os.environ)
     assert prepare() in ("forkserver", "spawn")
     assert dict(os.environ) == before
+
+
+def test_folders_of_the_dead_are_removed_and_long_names_left_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("notabug-crew-999999999-x", f"notabug-crew-{os.getpid()}-x", "notabug-crew-me", "mine"):
+        (tmp_path / name).mkdir()
+    configuration: dict[str, Any] = {}
+    monkeypatch.setattr(crew_module.multiprocessing.current_process(), "_config", configuration)
+    monkeypatch.setattr(crew_module.atexit, "register", lambda *_: None)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr(crew_module, "_LONGEST", 1)
+    crew_module._own_temporary_folder()
+    assert "tempdir" not in configuration
+    names = {f"notabug-crew-{os.getpid()}-x", "notabug-crew-me", "mine"}
+    assert {each.name for each in tmp_path.iterdir()} == names
+    monkeypatch.setattr(crew_module, "_LONGEST", 1000)
+    crew_module._own_temporary_folder()
+    made = Path(configuration["tempdir"])
+    assert made.is_dir()
+    assert made.parent == tmp_path
+    crew_module._remove_own(made, os.getpid() + 1)
+    assert made.is_dir()
+    crew_module._remove_own(made, os.getpid())
+    assert not made.exists()
 
 
 def test_what_is_worth_a_process() -> None:

@@ -44,6 +44,7 @@ SKIPPED = {
     "notabug run 'texture/*' --variants all --out nightly": MINUTES,
     "notabug run --workarounds terminator": MINUTES,
     "notabug bench verdict --quick": MINUTES,
+    "notabug bench faults --quick": MINUTES,
     "notabug gallery notabug-out --out site": MINUTES,
     "notabug run --shard 1/2 --out part1": MINUTES,
     "notabug run --shard 2/2 --out part2": MINUTES,

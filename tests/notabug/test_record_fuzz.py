@@ -88,3 +88,99 @@ def test_a_scene_of_any_name_is_run_inside_the_folder(door: Any, tmp_path: Path,
     assert "<script>alert" not in page
     (result,) = json.loads((door.out / "run.json").read_text())["results"]
     assert result["scene"] == path.stem
+
+
+WHOLE = {
+    "schema": 1,
+    "tool": {"name": "notabug", "version": "1", "models": "m", "code": "c", "python": "3", "platform": "p"},
+    "command": ["notabug", "run"],
+    "finished": True,
+    "seconds": {"total": 1.0, "render": 0.5, "outside": 0.5},
+    "jobs": {"executor": "this process", "at_once": 1, "threads": 0, "shard": ""},
+    "gate": {"file": "", "fail_on": "any", "models": "m", "unused": []},
+    "renderers": {"grey": {"version": "1", "where": "/x"}, "gone": {"missing": "apt install gone"}},
+    "calibration": [GOOD],
+    "results": [GOOD],
+}
+TOO_BIG = 10**400
+DAMAGE: dict[str, Any] = {
+    "a command that is no word": ("command", ["notabug", 7]),
+    "a command that is a text": ("command", "notabug"),
+    "a number beyond any": ("seconds", {"total": TOO_BIG}),
+    "no gate's entries": ("gate", {"unused": {"a": 1}}),
+    "a gate's entry without keys": ("gate", {"unused": [{}]}),
+    "renderers as a list": ("renderers", []),
+    "a renderer that is a text": ("renderers", {"grey": "1"}),
+    "a version that is a number": ("tool", {"version": 3, "models": "m"}),
+    "a tool that is none": ("tool", None),
+    "jobs that are a number": ("jobs", 3),
+    "a shard that is a list": ("jobs", {"shard": []}),
+    "finished as a word": ("finished", "yes"),
+    "a NUL in a scene's name": ("results", [GOOD | {"scene": "a\0b"}]),
+    "a NUL in a renderer's name": ("results", [GOOD | {"renderer": "\0"}]),
+    "a picture's name that is too long": ("results", [GOOD | {"image": "x" * 5000}]),
+    "an image that is a NUL": ("results", [GOOD | {"images": {"nearest": "\0"}}]),
+    "a number of seeds beyond any": ("results", [GOOD | {"seeds": TOO_BIG}]),
+    "a size of three": ("results", [GOOD | {"size": [1, 2, 3]}]),
+    "results as an object": ("results", {"a": GOOD}),
+    "cards that are texts": ("calibration", ["a"]),
+}
+
+
+@pytest.mark.parametrize("words", [["report"], ["report", "--to", "github"], ["report", "--to", "sarif"], ["merge"],
+                                   ["diff"], ["gallery"], ["accept"]], ids=" ".join)  # fmt: skip
+def test_any_damage_to_a_record_is_one_line(door: Any, tmp_path: Path, words: list[str]) -> None:
+    door.patch.delenv("CI", raising=False)
+    for name, (key, value) in DAMAGE.items():
+        folder = tmp_path / "run"
+        folder.mkdir(exist_ok=True)
+        (folder / "run.json").write_text(json.dumps({**WHOLE, key: value}))
+        more = {
+            "merge": ["run", "--out", "merged"],
+            "diff": ["run", "run"],
+            "gallery": ["run", "--no-models", "--scene", "own", "--out", "site"],
+            "accept": ["a/b", "-r", "grey", "--because", "x", "--run", "run"],
+        }.get(words[0], ["run", *words[1:]])
+        assert door(words[0], *more) == 2, name
+        assert "run.json: " in door.stderr, name
+        assert "Traceback" not in door.stderr, name
+        assert len(door.stderr) < 2000, name
+
+
+@pytest.mark.parametrize("words", [["report"], ["report", "--to", "sarif"], ["report", "--to", "junit"], ["merge"],
+                                   ["report", "--to", "markdown"]], ids=" ".join)  # fmt: skip
+def test_text_that_is_none_is_shown_somehow(door: Any, tmp_path: Path, words: list[str]) -> None:
+    odd = {"scene": "\ud800", "renderer": "\udc80", "message": "\0\ud800\x1b", "command": "notabug run '\ud800.usda'"}
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "run.json").write_text(json.dumps({**WHOLE, "results": [{**GOOD, **odd}]}))
+    assert door(words[0], "run", *words[1:], *(["--out", "m"] if words[0] == "merge" else [])) in (0, 1)
+
+
+@pytest.mark.parametrize("lost", WHOLE)
+@pytest.mark.parametrize("words", [["report"], ["report", "--to", "junit"], ["report", "--to", "sarif"], ["merge"]])
+def test_a_key_that_is_missing_is_no_trace(door: Any, tmp_path: Path, words: list[str], lost: str) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "run.json").write_text(json.dumps({k: v for k, v in WHOLE.items() if k != lost}))
+    assert door(words[0], "run", *words[1:], *(["--out", "m"] if words[0] == "merge" else [])) in (0, 1, 2)
+    assert "internal error" not in door.stderr
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[" * 20_000, '{"schema": 1, "results": ' + "[" * 20_000 + "]" * 20_000 + "}", "\xff", "", "null", "[]",
+     '{"schema": 1e400, "results": []}', '{"schema": 1, "results": [], "x": ' + "9" * 5000 + "}"],
+    ids=["deep", "deep and closed", "no UTF-8", "empty", "null", "list", "infinite", "digits"],
+)  # fmt: skip
+def test_what_is_no_document_is_one_line(door: Any, tmp_path: Path, text: str) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "run.json").write_bytes(text.encode("latin-1"))
+    assert door("report", "run") == 2
+    assert door.stderr.count("\n") == 1
+
+
+def test_expectations_that_are_nested_without_end_are_refused(door: Any, tmp_path: Path) -> None:
+    for text in ("a" + ".a" * 3000 + " = 1", "a = " + "[" * 3000 + "]" * 3000, "a = " + "{a = " * 3000 + "}" * 3000):
+        (tmp_path / "e.toml").write_text(text)
+        assert door.run("terminator/sphere", "--expect", "e.toml") == 2
+        assert "e.toml" in door.stderr
+        assert "Traceback" not in door.stderr

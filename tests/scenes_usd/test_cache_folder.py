@@ -62,7 +62,7 @@ def test_without_a_home_a_temporary_folder_is_shared_and_told_once(
     (found / "x").touch()
     said = capsys.readouterr().err
     assert said.count("\n") == 1
-    assert "cannot write the cache" in said
+    assert "cannot use the cache" in said
     assert "NOTABUG_CACHE" in said
     assert not (tmp_path / "~").exists()
 
@@ -74,7 +74,7 @@ def test_a_chosen_folder_that_cannot_be_is_an_error(
     (tmp_path / "a file").touch()
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("NOTABUG_CACHE", chosen)
-    with pytest.raises(CacheError, match=f"NOTABUG_CACHE={chosen}: the cache cannot be written to"):
+    with pytest.raises(CacheError, match=f"NOTABUG_CACHE={chosen}: the cache cannot be used"):
         cache_root()
 
 
@@ -99,3 +99,25 @@ def test_a_read_only_folder_of_another_user(tmp_path: Path) -> None:
     assert "notabug-cache-" in done.stdout
     assert "Permission denied" in done.stderr
     assert not Path(done.stdout.strip()).exists(), "it is removed at the end"
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give files away")
+def test_a_cache_of_another_user_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "theirs"
+    folder.mkdir()
+    os.chown(folder, NOBODY, NOBODY)
+    monkeypatch.setenv("NOTABUG_CACHE", str(folder))
+    with pytest.raises(CacheError, match=r"it belongs to .*NOTABUG_OWNERS="):
+        cache_root()
+    cache_folder._writable.cache_clear()
+    monkeypatch.setenv("NOTABUG_OWNERS", f"somebody, {NOBODY}")
+    assert cache_root() == folder
+
+
+def test_a_cache_that_anybody_may_write_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "open"
+    folder.mkdir()
+    folder.chmod(0o777)
+    monkeypatch.setenv("NOTABUG_CACHE", str(folder))
+    with pytest.raises(CacheError, match=r"anybody may write to it: chmod o-w"):
+        cache_root()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,8 +11,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import notabug.scenes_usd.fence as fence
 import notabug.scenes_usd.untrusted as untrusted
+from notabug.scenes_usd import picture
+from notabug.scenes_usd.catalogue import expected
 from notabug.scenes_usd.errors import NotabugError, SceneError
+from notabug.scenes_usd.fence import OutsideError
 from notabug.scenes_usd.reader import find, look_through, read_scene
 
 BASE = find("calibration/plain_card").read_text(encoding="utf-8")
@@ -54,7 +59,7 @@ def test_a_scene_of_ones_own_is_read_and_then_remembered(
     def never(*_: object, **__: object) -> None:
         raise AssertionError("read again in a child")
 
-    monkeypatch.setattr(subprocess, "run", never)
+    monkeypatch.setattr(subprocess, "Popen", never)
     untrusted._passed.clear()  # as in another process
     read_scene(path)
     untrusted._passed.clear()
@@ -79,11 +84,16 @@ def test_a_scene_of_ones_own_is_read_and_then_remembered(
         "prepend references = [@./inside.usda@, @../outside.usda@]",
         "references = @./link.usda@",
         "references = @./nested.usda@",
+        "references = @./link.usda:SDF_FORMAT_ARGS:a=b@",
+        "payload = @./linked/outside.usda@",
+        "references = @./inner.usda@",
     ],
 )
 @pytest.mark.usefixtures("unfenced")
 def test_what_lies_outside_is_refused(arc: str, write: Callable[[str], Path], tmp_path: Path) -> None:
     (tmp_path / "scene" / "link.usda").symlink_to(tmp_path / "outside.usda")
+    (tmp_path / "scene" / "linked").symlink_to(tmp_path)
+    (tmp_path / "scene" / "inner.usda").write_text("#usda 1.0\n(\n    subLayers = [@./link.usda@]\n)\n")
     nested = '#usda 1.0\n(\n    defaultPrim = "X"\n)\ndef "X" (\n    payload = @../outside.usda@\n)\n{\n}\n'
     (tmp_path / "scene" / "nested.usda").write_text(nested)
     text = arc.format(outside=tmp_path / "outside.usda")
@@ -99,6 +109,133 @@ def test_also_in_a_variant_that_is_not_chosen_and_in_sublayers(write: Callable[[
         read_scene(write(BASE.replace('"point" {\n', hidden)))
     with pytest.raises(SceneError, match="outside of the scene's folder"):
         read_scene(write(BASE.replace("(\n", "(\n    subLayers = [@../outside.usda@]\n", 1)))
+
+
+SECRET = "root:x:0:0:no-USD-at-all:/root"
+CLIPS = """clips = {{
+        dictionary default = {{
+            {what}
+            string primPath = "/X"
+            double2[] active = [(0, 0)]
+            double2[] times = [(0, 0)]
+        }}
+    }}"""
+HIDDEN = {
+    "clips": CLIPS.format(what="asset[] assetPaths = [@../secret.usda@]"),
+    "clips by a template": CLIPS.format(what='string templateAssetPath = "../secret.#.usda"'),
+    "a manifest": CLIPS.format(what="asset manifestAssetPath = @../secret.usda@"),
+    "an expression": 'references = @`"${P}"`@',
+    "a folder of that name": 'payload = @`"../${Q}"`@',
+    "a link with arguments": "references = @./link.usda:SDF_FORMAT_ARGS:a=b@",
+    "a link": "references = @./link.usda@",
+    "another format": "references = @./materials.mtlx@",
+}
+
+
+@pytest.mark.parametrize("fenced", [True, False])
+@pytest.mark.parametrize("how", HIDDEN)
+def test_no_way_leads_to_a_foreign_file_and_none_quotes_it(
+    how: str, fenced: bool, write: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path / "cache"))
+    if not fenced:
+        monkeypatch.setattr("notabug.scenes_usd.reader.check_scenes", lambda paths: None)
+    (tmp_path / "secret.usda").write_text(SECRET)
+    (tmp_path / "scene" / "link.usda").symlink_to(tmp_path / "secret.usda")
+    (tmp_path / "scene" / '`"${P}"`').write_text("#usda 1.0\n")  # a decoy
+    (tmp_path / "scene" / "materials.mtlx").write_text('<xi:include href="../secret.usda"/>')
+    said = 'expressionVariables = {\n        string P = "../secret.usda"\n        string Q = "secret.usda"\n    }\n'
+    text = BASE.replace("(\n", f"(\n    {said}", 1)
+    path = write(f'{text}\ndef "More" (\n    {HIDDEN[how]}\n)\n{{\n}}\n')
+    with pytest.raises(OutsideError) as caught:
+        read_scene(path)
+    assert "no-USD-at-all" not in str(caught.value)
+    path = write(BASE.replace('"point" {\n', f'"point" (\n            {HIDDEN[how]}\n        ) {{\n'))  # not chosen
+    with pytest.raises(OutsideError):
+        read_scene(path)
+
+
+@pytest.mark.parametrize(
+    "texture",
+    [
+        "./link.png",
+        "./linked/secret.png",
+        "../secret.png",
+        "./tile.<UDIM>.png",
+        '`"${P}"`',
+        "{folder}/secret.png",
+        "./package.usdz[../secret.png]",
+        "file:///{folder}/secret.png",
+    ],
+)
+@pytest.mark.usefixtures("unfenced")
+def test_no_texture_outside_is_opened(
+    texture: str, write: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    corpus = find("calibration/card").parent / "textures" / "card.png"
+    for name in ("secret.png", "scene/package.usdz"):
+        (tmp_path / name).write_bytes(corpus.read_bytes())
+    for name in ("link.png", "tile.1001.png"):
+        (tmp_path / "scene" / name).symlink_to(tmp_path / "secret.png")
+    (tmp_path / "scene" / "linked").symlink_to(tmp_path)
+    opened: list[Path] = []
+    monkeypatch.setattr(picture, "_open", lambda path: opened.append(path) or 1 / 0)
+    named = texture.format(folder=tmp_path) if "{folder}" in texture else texture
+    text = CARD.replace("./textures/card.png", named)
+    text = text.replace("(\n", '(\n    expressionVariables = {\n        string P = "../secret.png"\n    }\n', 1)
+    with pytest.raises(SceneError):
+        read_scene(write(text))
+    assert not opened
+
+
+@pytest.mark.usefixtures("unfenced")
+def test_what_opens_all_the_same_is_found_after_composing(
+    write: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("notabug.scenes_usd.reader_stage.layers_of", lambda path: ())  # as if it knew nothing
+    for arc in ("subLayers = [@../outside.usda@]", 'expressionVariables = {\n    string P = "../outside.usda"\n    }'):
+        text = BASE.replace("(\n", f"(\n    {arc}\n", 1)
+        if "P = " in arc:
+            text += 'def "More" (\n    references = @`"${P}"`@\n)\n{\n}\n'
+        with pytest.raises(OutsideError, match="outside of the scene's folder"):
+            read_scene(write(text))
+
+
+@pytest.mark.usefixtures("unfenced")
+def test_a_table_of_expectations_outside_is_refused(write: Callable[[str], Path], tmp_path: Path) -> None:
+    scene = read_scene(write(BASE))
+    (tmp_path / "secret.toml").write_text('password = "no-USD-at-all"\n')
+    (tmp_path / "scene" / "scene.expected.toml").symlink_to(tmp_path / "secret.toml")
+    with pytest.raises(OutsideError) as caught:
+        expected(scene)
+    assert "password" not in str(caught.value)
+
+
+def test_a_confined_process_reads_and_writes_nothing_else(tmp_path: Path) -> None:
+    for name in ("inside", "outside", "own"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "file").write_text(name)
+    code = f"""
+import sys
+from pathlib import Path
+from notabug.scenes_usd.landlock import confine
+at = Path({str(tmp_path)!r})
+if not confine([at / "inside", Path(sys.prefix), Path(sys.base_prefix), at / "gone"], [at / "own"]):
+    print("none here")
+    sys.exit()
+print((at / "inside" / "file").read_text())
+(at / "own" / "new").write_text("x")
+for deed in (lambda: (at / "outside" / "file").read_text(), lambda: (at / "inside" / "new").write_text("x"),
+             lambda: (at / "inside" / "file").unlink(), lambda: list((at / "outside").iterdir())):
+    try:
+        deed()
+    except PermissionError:
+        print("refused")
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    if done.stdout.strip() == "none here":
+        pytest.skip("the system has no Landlock")
+    assert done.stdout.split() == ["inside", "refused", "refused", "refused", "refused"]
 
 
 @pytest.mark.usefixtures("unfenced")
@@ -141,8 +278,8 @@ def test_one_child_reads_many_scenes(tmp_path: Path, monkeypatch: pytest.MonkeyP
     files = [tmp_path / f"{index}.usda" for index in range(3)]
     for each in files:
         each.write_text(BASE)
-    started, run = [], subprocess.run
-    monkeypatch.setattr(subprocess, "run", lambda *words, **how: started.append(words) or run(*words, **how))
+    started, start = [], subprocess.Popen
+    monkeypatch.setattr(subprocess, "Popen", lambda *words, **how: started.append(words) or start(*words, **how))
     look_through([str(each) for each in files])
     assert len(started) == 1
     for each in files:
@@ -156,14 +293,57 @@ def test_of_many_scenes_the_one_that_ends_its_reader_is_named(tmp_path: Path, mo
     for each in files:
         each.write_text(BASE)
     files[1].write_text(BASE + 'def Xform "a"\n{\n' * 20_000 + "}\n" * 20_000)
-    with pytest.raises(SceneError, match="nested too deep") as caught:
-        look_through([str(each) for each in files])
-    assert str(files[1]) in str(caught.value)
+    wrong = look_through([str(each) for each in files])
+    assert list(wrong) == [str(files[1])]
+    assert "nested too deep" in str(wrong[str(files[1])])
+    assert str(files[1]) in str(wrong[str(files[1])])
     assert read_scene(files[2]).objects
 
 
+def test_what_harms_is_remembered_until_it_changes(
+    write: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path / "cache"))
+    path = write(BASE + 'def "More" (\n    references = @../outside.usda@\n)\n{\n}\n')
+    with pytest.raises(OutsideError):
+        read_scene(path)
+    with monkeypatch.context() as patch:
+        patch.setattr(subprocess, "Popen", lambda *_, **__: 1 / 0)
+        with pytest.raises(OutsideError):
+            read_scene(path)
+    path.write_text(BASE)
+    assert read_scene(path).objects
+
+
+@pytest.mark.parametrize(
+    ("code", "ends"),
+    [
+        ("import time; time.sleep(3600)", False),
+        ("import time\nwhile time.process_time() < 0.6: pass", True),  # at work, for longer than STILL
+        ("import os, signal; os.kill(os.getpid(), signal.SIGSTOP)", False),
+    ],
+)
+def test_a_reader_that_waits_is_given_up_and_one_at_work_is_not(
+    code: str, ends: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(untrusted, "LOOK", 0.1)
+    monkeypatch.setattr(untrusted, "STILL", 0.3)
+    child = subprocess.Popen([sys.executable, "-S", "-c", code])
+    try:
+        assert untrusted._wait(child) is ends
+    finally:
+        child.kill()
+        child.wait()
+
+
+def test_the_reason_that_is_given_is_the_one_that_was_seen() -> None:
+    assert "too long" in untrusted._ending(-24, b"").reason
+    assert "too large" in untrusted._ending(1, b"Traceback\nMemoryError\n").reason
+    assert "nested too deep" in untrusted._ending(-11, b"").reason
+
+
 def test_a_file_without_end_is_not_opened(write: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(untrusted, "FILE", 1000)
+    monkeypatch.setattr(fence, "FILE", 1000)
     with pytest.raises(SceneError, match="too large"):
         read_scene(write(BASE))
 
