@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.opinion import Opinion
+
 
 class NotabugError(Exception):
     """An error a user can act on.
@@ -18,7 +20,25 @@ class NotabugError(Exception):
 
 
 class SceneError(NotabugError):
-    """A scene that breaks the contract: names the prim path and the attribute."""
+    """A scene that breaks the contract: names the prim path and the attribute.
+
+    ``mends`` are opinions which, in a layer over the scene, would take it into the contract.
+    """
+
+    mends: tuple[Opinion, ...] = ()
+
+
+class SceneErrors(SceneError):
+    """All that takes a scene out of the contract, ``errors``: two of them at least."""
+
+    def __init__(self, errors: tuple[SceneError, ...]) -> None:
+        self.errors = errors
+        first = errors[0]
+        super().__init__(first.what, where=first.where, expected=first.expected, got=first.got, do=first.do)
+        self.args = (errors,)
+
+    def __str__(self) -> str:
+        return f"{len(self.errors)} things are out of the contract: {' | '.join(str(error) for error in self.errors)}"
 
 
 class SelectionError(NotabugError):
