@@ -28,7 +28,7 @@ class SceneError(NotabugError):
     mends: tuple[Opinion, ...] = ()
 
 
-class SceneErrors(SceneError):
+class ManyFaultsError(SceneError):
     """All that takes a scene out of the contract, ``errors``: two of them at least."""
 
     def __init__(self, errors: tuple[SceneError, ...]) -> None:

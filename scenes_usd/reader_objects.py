@@ -33,7 +33,7 @@ class Drawing:
         self.textures = Textures(root)
         self.materials = Materials(self.textures)
         self.objects: list[Object] = []
-        self.seen = False  # whether there is anything to draw, readable or not
+        self.failed = False  # whether something that would be drawn is refused
         self._stage = stage
         self._grid = grid
         self._instances = self._faces = 0
@@ -46,8 +46,11 @@ class Drawing:
 
     def add(self, prim: Usd.Prim) -> None:
         """Add the objects of ``prim``."""
-        self.seen = True
-        self._add(prim, [_Place(str(prim.GetPath()), world_matrix(prim))], 0)
+        try:
+            self._add(prim, [_Place(str(prim.GetPath()), world_matrix(prim))], 0)
+        except SceneError:
+            self.failed = True
+            raise
 
     def mesh(self, prim: Usd.Prim) -> Mesh | None:
         """The mesh at ``prim``, which is not drawn itself, as one."""

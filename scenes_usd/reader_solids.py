@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from pxr import Usd
@@ -147,7 +148,7 @@ def _revolved(profile: Sequence[Sequence[_Station]], around: int, axis: str) -> 
     cos, sin = np.cos(turn), np.sin(turn)
     points, faces, normals, first = [], [], [], 0
     for part in profile:
-        for low, high in zip(part, part[1:], strict=False):
+        for low, high in pairwise(part):
             rows = [np.stack([s.radius * cos, s.radius * sin, np.full(around, s.along)], axis=1) for s in (low, high)]
             outs = [np.stack([s.out * cos, s.out * sin, np.full(around, s.up)], axis=1) for s in (low, high)]
             points += rows

@@ -17,7 +17,7 @@ from notabug.scenes_usd.reader_objects import Drawing
 from notabug.scenes_usd.reader_pixel import PixelGrid
 from notabug.scenes_usd.reader_prims import LIGHTS, not_read, visible
 from notabug.scenes_usd.reader_values import fault, opinion, where
-from notabug.scenes_usd.reading import Reading, Remark, View, going_on, note, reading, recovered, refuse
+from notabug.scenes_usd.reading import Remark, View, going_on, note, reading, recovered, refuse
 from notabug.scenes_usd.scene import Light, Mesh, Scene
 from notabug.scenes_usd.untrusted import is_trusted, layers_of
 
@@ -33,7 +33,7 @@ class Survey:
 def read_stage(path: Path, scene_id: str, variants: Mapping[str, str], view: View | None = None) -> Scene:
     """The scene in ``path`` under the choice ``variants``; sets left out keep the file's own selection.
 
-    Raises SceneError, or SceneErrors with all of them, for what is out of the contract.
+    Raises SceneError, or ManyFaultsError with all of them, for what is out of the contract.
     """
     with reading(view) as found:
         scene = _guarded(path, scene_id, variants)
@@ -93,7 +93,7 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene
             with going_on():
                 _pass_over(prim)
     objects = drawing.objects
-    if not objects and not drawing.seen:
+    if not objects and not drawing.failed:
         refuse(SceneError("nothing to draw: no visible Mesh or solid", where=str(root.GetPath())))
     if not lights:
         do = "notabug adapt SCENE --out own.usda puts one beside the camera"

@@ -15,7 +15,7 @@ import numpy as np
 from pxr import Usd
 
 from notabug.scenes_usd.reader_values import fault, integers, opinion, value, vectors_of, where
-from notabug.scenes_usd.reading import note, refuse
+from notabug.scenes_usd.reading import note, refuse, view
 from notabug.scenes_usd.scene import Floats
 from notabug.scenes_usd.subdivision import SHARPEST, Net, Places, Scheme, Step, edges_of, refine, with_boundary
 from notabug.scenes_usd.subdivision_limit import Bools, limit_normals, limit_weights
@@ -191,7 +191,7 @@ def _steps(
         off = _off(scheme, coarse, limit) / np.maximum(pixel(limit[coarse.vertices :]), 1e-300)
         error = float(off.max(initial=0.0)) / _SHRINKS
         settled = len(steps) >= blunt
-        if (error <= TOLERANCE and settled) or len(steps) == _MOST_STEPS:
+        if (error <= TOLERANCE and settled) or len(steps) == _MOST_STEPS or view().quick:
             return steps, points, error, limit
         if 4 * len(step.net.counts) > MOST_FACES:
             return steps, points, error, limit

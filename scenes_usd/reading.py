@@ -13,7 +13,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Literal, TypeVar
 
-from notabug.scenes_usd.errors import SceneError, SceneErrors
+from notabug.scenes_usd.errors import SceneError, ManyFaultsError
 from notabug.scenes_usd.opinion import Opinion
 
 Kind = Literal["approximated", "not read", "out of the contract"]
@@ -55,6 +55,7 @@ class View:
     camera: str = ""
     time: float | None = None
     purposes: frozenset[str] = frozenset({"default", "render"})
+    quick: bool = False  # surfaces are refined once only: for who asks whether a scene can be read
 
 
 @dataclass(slots=True)
@@ -72,12 +73,12 @@ class Reading:
         return tuple(remark.error for remark in self.remarks.values() if remark.error is not None)
 
     def end(self) -> None:
-        """Raise what was found to be out of the contract: one SceneError, or all of them as SceneErrors."""
+        """Raise what was found to be out of the contract: one SceneError, or all of them as ManyFaultsError."""
         errors = self.errors
         if len(errors) == 1:
             raise errors[0]
         if errors:
-            raise SceneErrors(errors)
+            raise ManyFaultsError(errors)
 
 
 _in_hand: ContextVar[Reading | None] = ContextVar("reading", default=None)
@@ -117,7 +118,9 @@ def refuse(error: SceneError) -> None:
     now = _in_hand.get()
     if now is None:
         raise error
-    for part in error.errors if isinstance(error, SceneErrors) else (error,):
+    for part in error.errors if isinstance(error, ManyFaultsError) else (error,):
+        # frames hold the stage, and a stage that is held is not read again when its file changes
+        part.__traceback__ = part.__context__ = part.__cause__ = None
         now.add(Remark("out of the contract", part.where, part.what, part))
 
 

@@ -29,8 +29,9 @@ def main(paths: Sequence[Path]) -> None:
         with contextlib.suppress(NotabugError):
             layers = [str(file) for file, _ in layers_of(path)]
             from notabug.scenes_usd.reader_stage import read_stage
+            from notabug.scenes_usd.reading import View
 
-            read_stage(path, path.stem, {})
+            read_stage(path, path.stem, {}, View(quick=True))
         sys.stdout.write(json.dumps(layers) + "\n")
         sys.stdout.flush()
 
