@@ -20,8 +20,9 @@ from notabug.gate import FailOn, Gate, code_of
 from notabug.progress import Board, console, messages, states, table
 from notabug.report.page import Pictures, draw
 from notabug.run import Plan, Run, find_renderers, run
-from notabug.scenes_usd.errors import SelectionError
-from notabug.selection import NothingSelectedError, choose, parse_variants, part
+from notabug.scenes_usd.errors import ManyFaultsError, SceneError, SelectionError
+from notabug.scenes_usd.reader import read_scene
+from notabug.selection import OWN_FOLDER, Choice, NothingSelectedError, choose, parse_variants, part
 from notabug.words import tally
 
 
@@ -57,6 +58,7 @@ def command(
         else choose(scenes, parse_variants(variants), every_variant=every_variant)
     )
     choices = part(choices, shard)
+    _look_at_own(choices)
     asked = {name: adapter(name) for name in dict.fromkeys(renderers)} if renderers else adapters()
     required = {name: adapter(name) for name in require}
 
@@ -105,6 +107,21 @@ def command(
     else:
         _summary(console(), state, page)
     return workarounds.code_of(found_rows, state.results) if remedies else code_of(state.results)
+
+
+def _look_at_own(choices: Sequence[Choice]) -> None:
+    """Raise all that takes the selected scenes of a team's own out of the contract, before anything is drawn."""
+    faults: list[SceneError] = []
+    for choice in choices:
+        if choice.folder.startswith(OWN_FOLDER):
+            try:
+                read_scene(choice.source, choice.variants)
+            except SceneError as error:
+                faults += error.errors if isinstance(error, ManyFaultsError) else (error,)
+    if len(faults) > 1:
+        raise ManyFaultsError(tuple(faults))
+    if faults:
+        raise faults[0]
 
 
 def _summary(out: Console, state: Run, page: Path) -> None:

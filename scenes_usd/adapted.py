@@ -23,8 +23,8 @@ from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.reader import scene_id
 from notabug.scenes_usd.reader_camera import DEFAULT_SIZE, cameras
 from notabug.scenes_usd.reader_shading import GREY, PREVIEW
-from notabug.scenes_usd.reader_stage import Survey, choose, survey_stage
-from notabug.scenes_usd.reading import Remark, View
+from notabug.scenes_usd.reader_stage import Survey, choose, open_stage, survey_stage
+from notabug.scenes_usd.reading import Remark, View, reading
 from notabug.scenes_usd.scene import Camera, Floats
 
 _PASSES = 5  # a value that is put right may show the next one that is not
@@ -72,7 +72,7 @@ def adapt(
         if not layer.mend(survey):
             break
         survey = layer.look(out, plain)
-    layer.place_camera(survey, size)
+    layer.place_camera(survey)
     layer.write(out)
     return Adapted(tuple(layer.said), layer.look(out, View()))
 
@@ -83,18 +83,18 @@ class _Layer:
     def __init__(self, path: Path, variants: Mapping[str, str]) -> None:
         self.said: list[str] = []
         self._path = path
+        open_stage(path)  # says so where it cannot be
         self._layer = Sdf.Layer.CreateAnonymous(".usda")
         self._layer.subLayerPaths.append(str(path))
         below = Sdf.Layer.FindOrOpen(str(path))
-        if below is None:
-            raise SceneError("cannot be opened as a USD stage", where=str(path), do="try usdchecker")
         for key in _STAGE_METADATA:
             if below.pseudoRoot.HasInfo(key):
                 self._layer.pseudoRoot.SetInfo(key, below.pseudoRoot.GetInfo(key))
         self._stage = Usd.Stage.Open(self._layer)
         root = self._stage.GetDefaultPrim()
         if root:
-            choose(self._stage, root, variants)  # whether there are such
+            with reading():
+                choose(self._stage, root, variants)  # whether there are such
             self._stage.GetSessionLayer().Clear()
         self._stage.SetEditTarget(Usd.EditTarget(self._layer))
         if not root:
@@ -297,7 +297,7 @@ class _Layer:
         _place(made, placed)
         self._say(path, "a distant light: the scene has none that is read")
 
-    def place_camera(self, survey: Survey, size: tuple[int, int] | None) -> None:
+    def place_camera(self, survey: Survey) -> None:
         """The camera that the reader placed for want of one, as a prim of the layer."""
         if survey.scene is None or self._settings.GetCameraRel().GetForwardedTargets():
             return

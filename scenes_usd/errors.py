@@ -38,7 +38,8 @@ class ManyFaultsError(SceneError):
         self.args = (errors,)
 
     def __str__(self) -> str:
-        return f"{len(self.errors)} things are out of the contract: {' | '.join(str(error) for error in self.errors)}"
+        more = len(self.errors) - 1
+        return f"{self.errors[0]} (and {more} more that notabug check lists)"
 
 
 class SelectionError(NotabugError):

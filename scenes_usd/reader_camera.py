@@ -31,6 +31,7 @@ from notabug.scenes_usd.scene import Camera, Floats
 
 DEFAULT_SIZE = (256, 256)
 _MAX_SIDE = 1 << 14
+_NARROWEST = 1e-2  # of a pixel's width over its height
 _NEAR, _FAR = 1.0, 1e6  # the schema's clipping range: in the place of one that is refused
 
 
@@ -157,7 +158,8 @@ def read_camera(prim: Usd.Prim, settings: Usd.Prim | None, width: int, height: i
         for name in ("horizontalAperture", "verticalAperture", "focalLength")
     )
     horizontal, vertical = recovered(
-        lambda: _conform(settings, horizontal, vertical, width / height), (horizontal, vertical)
+        lambda: _conform(settings, horizontal, vertical, width / height * _pixel_aspect(settings)),
+        (horizontal, vertical),
     )
     near, far = recovered(lambda: _range(prim), (_NEAR, _FAR))
     matrix = recovered(lambda: world_matrix(prim), np.eye(4))
@@ -213,12 +215,20 @@ def _size(settings: Usd.Prim) -> tuple[int, int]:
     if not (1 <= width <= _MAX_SIDE and 1 <= height <= _MAX_SIDE):
         got = f"({width:g}, {height:g})"
         raise fault(settings, "resolution", "out of range", expected=f"1 to {_MAX_SIDE}", got=got)
-    ratio = number(settings, "pixelAspectRatio", 1.0)
-    if not same(ratio, 1.0):
-        raise fault(settings, "pixelAspectRatio", "only square pixels are supported", expected="1", got=f"{ratio:g}")
     window = read(settings, "dataWindowNDC", settings.GetAttribute("dataWindowNDC"))
     check_plain(settings, "dataWindowNDC", window, (0.0, 0.0, 1.0, 1.0), "crops are not supported")
     return int(width), int(height)
+
+
+def _pixel_aspect(settings: Usd.Prim | None) -> float:
+    """The width of a pixel over its height."""
+    if settings is None:
+        return 1.0
+    ratio = number(settings, "pixelAspectRatio", 1.0)
+    if not _NARROWEST <= ratio <= 1.0 / _NARROWEST:
+        expected = f"{_NARROWEST:g} to {1.0 / _NARROWEST:g}"
+        raise fault(settings, "pixelAspectRatio", "out of range", expected=expected, got=f"{ratio:g}")
+    return 1.0 if same(ratio, 1.0) else ratio
 
 
 def _conform(settings: Usd.Prim | None, horizontal: float, vertical: float, aspect: float) -> tuple[float, float]:
@@ -237,12 +247,14 @@ def _conform(settings: Usd.Prim | None, horizontal: float, vertical: float, aspe
         return vertical * aspect, vertical
     if policy in ("adjustApertureHeight", "expandAperture", "cropAperture"):
         return horizontal, horizontal / aspect
+    if policy == "adjustPixelAspectRatio":
+        return horizontal, vertical  # the pixels take the aperture's shape
     assert settings is not None  # without settings the policy is the schema's
     raise fault(
         settings,
         "aspectRatioConformPolicy",
         "not supported for an aperture of another shape than the picture",
-        expected="expandAperture, cropAperture, adjustApertureWidth or adjustApertureHeight",
+        expected="expandAperture, cropAperture, adjustApertureWidth, adjustApertureHeight or adjustPixelAspectRatio",
         got=policy,
     )
 

@@ -17,7 +17,7 @@ from notabug.scenes_usd.reader_objects import Drawing
 from notabug.scenes_usd.reader_pixel import PixelGrid
 from notabug.scenes_usd.reader_prims import LIGHTS, not_read, visible
 from notabug.scenes_usd.reader_values import fault, opinion, where
-from notabug.scenes_usd.reading import Remark, View, going_on, note, reading, recovered, refuse
+from notabug.scenes_usd.reading import Remark, View, going_on, note, reading, recovered, refuse, remarks
 from notabug.scenes_usd.scene import Light, Mesh, Scene
 from notabug.scenes_usd.untrusted import is_trusted, layers_of
 
@@ -121,7 +121,17 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene
         materials=tuple(drawing.materials.found),
         textures=tuple(drawing.textures.found),
         intent=intent,
+        notes=_lacks(),
     )
+
+
+def _lacks() -> tuple[str, ...]:
+    """One line about what of the stage was not read, for whoever wonders at a verdict."""
+    lacking = [remark for remark in remarks() if remark.kind == "not read"]
+    if not lacking:
+        return ()
+    more = f" and {len(lacking) - 1} more (notabug check lists them)" if len(lacking) > 1 else ""
+    return (f"not read of the scene: {lacking[0].where}, {lacking[0].what}{more}",)
 
 
 def _pass_over(prim: Usd.Prim) -> None:

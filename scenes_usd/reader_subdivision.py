@@ -1,4 +1,4 @@
-"""A subdivision surface to faces on its limit: refined by its scheme's own rules until no edge is off by a pixel's tenth.
+"""A subdivision surface to faces on its limit, refined by its scheme's rules to within a tenth of a pixel.
 
 The vertices of the finest net are moved to the limit surface and get its normals, so what is left is the sagitta of
 edges and faces. It falls to a quarter with each step; after a step it is measured against the limit points in the

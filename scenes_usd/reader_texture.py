@@ -287,7 +287,7 @@ def _numbers(shader: UsdShade.Shader, name: str, fallback: tuple[float, ...]) ->
 
 
 def _wrap(shader: UsdShade.Shader, name: str) -> Wrap:
-    """The wrap mode; what the file's own metadata say is nothing in the formats in use, and then the border is black."""
+    """The wrap mode; files in use have no metadata that say one, and then the border is black."""
     found = checked(shader.GetPrim(), f"inputs:{name}", _get(shader, name), "word", "useMetadata")
     if found not in _WRAPS:
         expected = ", ".join(_WRAPS)

@@ -13,7 +13,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Literal, TypeVar
 
-from notabug.scenes_usd.errors import SceneError, ManyFaultsError
+from notabug.scenes_usd.errors import ManyFaultsError, SceneError
 from notabug.scenes_usd.opinion import Opinion
 
 Kind = Literal["approximated", "not read", "out of the contract"]
@@ -99,6 +99,12 @@ def view() -> View:
     """Which picture of the stage is read."""
     now = _in_hand.get()
     return now.view if now is not None else View()
+
+
+def remarks() -> tuple[Remark, ...]:
+    """What has been noted so far."""
+    now = _in_hand.get()
+    return tuple(now.remarks.values()) if now is not None else ()
 
 
 def frame() -> float | None:

@@ -168,7 +168,7 @@ def kinds_of(n: int, ends: Places, sharp: Floats, pointed: Floats) -> Places:
 
 
 def refine(net: Net, scheme: Scheme, *, linear: bool = False) -> Step:
-    """One step of ``scheme``; ``linear`` keeps vertices and puts edge points in the middle, as varying values have it."""
+    """One step of ``scheme``; ``linear`` keeps vertices and halves edges, as varying values have it."""
     if scheme == "loop":
         return _refine_triangles(net, linear=linear)
     return _refine_quads(net, linear=linear or scheme == "bilinear")

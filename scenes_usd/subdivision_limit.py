@@ -17,12 +17,12 @@ from notabug.scenes_usd.subdivision import (
     Net,
     Places,
     Weights,
-    kinds_of,
-    matrix_of,
-    scaled,
     edges_of,
+    kinds_of,
     loop_beta,
+    matrix_of,
     rules_of,
+    scaled,
 )
 
 Bools = npt.NDArray[np.bool_]

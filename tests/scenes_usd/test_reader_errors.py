@@ -57,7 +57,11 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
     # camera and settings
     "camera target": ((("= </Scene/Camera>", "= </Scene/Light>"),), "/Render/Settings.camera", "no camera"),
     "resolution": ((("(32, 32)", "(32, 0)"),), "/Render/Settings.resolution", "(32, 0)"),
-    "pixel aspect": ((("# settings", "uniform float pixelAspectRatio = 2"),), "/Render/Settings.pixelAspectRatio", "2"),
+    "pixel aspect": (
+        (("# settings", "uniform float pixelAspectRatio = 0"),),
+        "/Render/Settings.pixelAspectRatio",
+        "got 0",
+    ),
     "crop": (
         (("# settings", "uniform float4 dataWindowNDC = (0, 0, 0.5, 1)"),),
         "/Render/Settings.dataWindowNDC",
@@ -66,10 +70,10 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
     "conform": (
         (
             ("(32, 32)", "(64, 32)"),
-            ("# settings", 'uniform token aspectRatioConformPolicy = "adjustPixelAspectRatio"'),
+            ("# settings", 'uniform token aspectRatioConformPolicy = "stretchAperture"'),
         ),
         "/Render/Settings.aspectRatioConformPolicy",
-        "adjustPixelAspectRatio",
+        "stretchAperture",
     ),
     "orthographic": (
         (("float focalLength", 'token projection = "orthographic"\nfloat focalLength'),),

@@ -208,7 +208,6 @@ def test_what_is_rounded_has_a_tolerance(old: str, new: str, write: Write) -> No
 @pytest.mark.parametrize(
     ("old", "new", "where"),
     [
-        ("# settings", "uniform float pixelAspectRatio = 1.001", "/Render/Settings.pixelAspectRatio"),
         (
             "float focalLength",
             "float horizontalApertureOffset = 0.01\nfloat focalLength",
