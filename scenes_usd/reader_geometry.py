@@ -9,17 +9,16 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Usd, UsdGeom
 
+from notabug.scenes_usd.primvar import Places, Values
 from notabug.scenes_usd.reader_faces import sound_faces
 from notabug.scenes_usd.reader_solids import solid_faces
-from notabug.scenes_usd.reader_subdivision import SCHEMES, Values, control_net, on_limit
 from notabug.scenes_usd.reader_texture import Coordinates
 from notabug.scenes_usd.reader_values import check_reach, fault, integers, number, turns_over, value, vectors
 from notabug.scenes_usd.scene import Floats, Ints, Mesh, Sphere
-from notabug.scenes_usd.subdivision import Scheme
+from notabug.scenes_usd.schemes import SCHEMES, Scheme
 
 SHORTEST = 1e-30  # length of a normal: its square is still a float64 by far, and no exporter writes such a one
 
-Places = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 
@@ -133,6 +132,8 @@ def _subdivided(
     left_handed: bool,
 ) -> Shape:
     """The limit surface of the mesh at ``prim``. Normals that it has as well say nothing, as the schema has it."""
+    from notabug.scenes_usd.reader_subdivision import control_net, on_limit  # with what it takes to load
+
     wide, at = counts.astype(np.int64), corners.astype(np.int64)
     net = control_net(prim, scheme, wide, at, len(points))
     values = {}

@@ -54,7 +54,6 @@ _PREVIEW_ONLY = (  # input, its type, its schema's fallback, the only value the 
 _PREVIEW_IDLE = ("roughness", "clearcoatRoughness", "ior", "occlusion", "opacityMode")  # without effect on a Lambertian
 GREY = (0.18, 0.18, 0.18)  # the diffuse colour that UsdPreviewSurface falls back to
 _COLOUR_INPUTS = ("diffuseColor", "base_color", "baseColor", "diffuse_color", "basecolor", "diffuseReflectionColor")
-_MOST_COLOURS = 256  # faces of so many colours are so many objects
 
 
 class Materials:
@@ -190,15 +189,15 @@ class Materials:
 
     def _diffuse(self, inputs: Inputs) -> tuple[int, Colour, Coordinates]:
         """(texture index, or -1 and the constant colour), and where the texture is looked up."""
+        return recovered(lambda: self._painted(inputs), (-1, GREY, Coordinates()))
+
+    def _painted(self, inputs: Inputs) -> tuple[int, Colour, Coordinates]:
         name = "inputs:diffuseColor"
-        with going_on():
-            source = inputs.source("diffuseColor")
-            if source is not None and UsdShade.Utils.GetType(source.GetName()) == UsdShade.AttributeType.Output:
-                index, coordinates = self._textures.lookup(inputs.prim, name, source)
-                return index, (1.0, 1.0, 1.0), coordinates
-            colour = check_colour(inputs.prim, name, inputs.constant("diffuseColor", GREY))
-            return -1, colour, Coordinates()
-        return -1, GREY, Coordinates()
+        source = inputs.source("diffuseColor")
+        if source is not None and UsdShade.Utils.GetType(source.GetName()) == UsdShade.AttributeType.Output:
+            index, coordinates = self._textures.lookup(inputs.prim, name, source)
+            return index, (1.0, 1.0, 1.0), coordinates
+        return -1, check_colour(inputs.prim, name, inputs.constant("diffuseColor", GREY)), Coordinates()
 
 
 def display(prim: Usd.Prim, name: str, width: int) -> Floats | None:
@@ -212,9 +211,8 @@ def display(prim: Usd.Prim, name: str, width: int) -> Floats | None:
     values = vectors_of(prim, name, primvar.GetAttr(), width)
     if not len(values):
         return None
-    used = values if not primvar.IsIndexed() else values[: len(values)]
-    if np.ptp(used, axis=0).max() > 0.0:
-        mean = used.mean(axis=0)
+    if np.ptp(values, axis=0).max() > 0.0:
+        mean = values.mean(axis=0)
         kind = "color3f[]" if width == 3 else "float[]"
         mends = opinion(prim, name, kind, [tuple(mean.tolist()) if width == 3 else float(mean[0])], "one for all")
         raise fault(
@@ -222,10 +220,10 @@ def display(prim: Usd.Prim, name: str, width: int) -> Floats | None:
             name,
             "varies over the surface, which no material of the contract does",
             expected="one value",
-            got=f"{len(used)} values",
+            got=f"{len(values)} values",
             mends=mends,
         )
-    return used[:1]
+    return values[:1]
 
 
 def _preview_surface(material: UsdShade.Material) -> UsdShade.Shader:

@@ -10,11 +10,11 @@ from itertools import pairwise
 import numpy as np
 from pxr import Usd
 
-from notabug.scenes_usd.reader_subdivision import TOLERANCE
+from notabug.scenes_usd.primvar import Places
 from notabug.scenes_usd.reader_values import fault, number, value, where
 from notabug.scenes_usd.reading import note
 from notabug.scenes_usd.scene import Floats
-from notabug.scenes_usd.subdivision import Places
+from notabug.scenes_usd.schemes import TOLERANCE
 
 SOLIDS = ("Cube", "Cylinder", "Cylinder_1", "Cone", "Capsule", "Capsule_1", "Plane")
 _FEWEST, _MOST = 16, 2048  # facets round an axis

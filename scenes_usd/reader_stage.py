@@ -51,16 +51,15 @@ def survey_stage(path: Path, scene_id: str, variants: Mapping[str, str], view: V
 
 def _guarded(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene | None:
     """The scene, or None with its faults noted in the reading in hand."""
-    with going_on():
-        try:
-            return _read_stage(path, scene_id, variants)
-        except Tf.ErrorException as error:
-            got = " ".join(str(error).split())
-            raise SceneError("OpenUSD refuses it", where=str(path), got=got) from error
-        except (TypeError, ValueError, OverflowError) as error:  # a float where the schema has an array, and the like
-            raise SceneError(
-                "a value is not of its schema's type", where=str(path), got=str(error), do="try usdchecker"
-            ) from error
+    try:
+        return _read_stage(path, scene_id, variants)
+    except SceneError as error:
+        refuse(error)
+    except Tf.ErrorException as error:
+        refuse(SceneError("OpenUSD refuses it", where=str(path), got=" ".join(str(error).split())))
+    except (TypeError, ValueError, OverflowError) as error:  # a float where the schema has an array, and the like
+        what = "a value is not of its schema's type"
+        refuse(SceneError(what, where=str(path), got=str(error), do="try usdchecker"))
     return None
 
 

@@ -9,34 +9,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import get_args
 
 import numpy as np
 from pxr import Usd
 
+from notabug.scenes_usd.primvar import Values
 from notabug.scenes_usd.reader_values import fault, integers, opinion, value, vectors_of, where
 from notabug.scenes_usd.reading import note, refuse, view
 from notabug.scenes_usd.scene import Floats
-from notabug.scenes_usd.subdivision import SHARPEST, Net, Places, Scheme, Step, edges_of, refine, with_boundary
+from notabug.scenes_usd.schemes import TOLERANCE, Scheme
+from notabug.scenes_usd.subdivision import SHARPEST, Net, Places, Step, edges_of, refine, with_boundary
 from notabug.scenes_usd.subdivision_limit import Bools, limit_normals, limit_weights
 
-TOLERANCE = 0.1  # pixels between the faces that are drawn and the limit surface
 MOST_FACES = 1 << 19  # of one refined mesh
 _MOST_STEPS = 8
 _SHRINKS = 3.0  # at least by so much the distance falls with a step; in the limit by 4
 
-SCHEMES = get_args(Scheme)
 _BOUNDARIES = ("none", "edgeOnly", "edgeAndCorner")
 _SEAMS = ("none", "cornersOnly", "cornersPlus1", "cornersPlus2", "boundaries", "all")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Values:
-    """A primvar's ``values`` (n, k): the one of each face corner is ``values[at]``, (c,), by its ``interpolation``."""
-
-    values: Floats
-    at: Places
-    interpolation: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -141,6 +141,8 @@ def going_on() -> Iterator[None]:
 
 def recovered(read: Callable[[], T], fallback: T) -> T:
     """What ``read`` gives; where it raises a fault that is noted, ``fallback``."""
-    with going_on():
+    try:
         return read()
-    return fallback
+    except SceneError as error:
+        refuse(error)
+        return fallback

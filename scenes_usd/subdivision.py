@@ -11,17 +11,17 @@ animation" (1998) for semi-sharp creases; the rules of OpenSubdiv's documentatio
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
 from notabug.scenes_usd.scene import Floats
+from notabug.scenes_usd.schemes import Scheme
 
-Scheme = Literal["catmullClark", "loop", "bilinear"]
 Places = npt.NDArray[np.int64]
-Weights = sp.csr_array
+Weights = Any  # scipy.sparse.csr_array, which has no types to check
 
 SHARPEST = 10.0  # OpenSubdiv: a crease as sharp as this never gets smooth
 

@@ -108,15 +108,14 @@ def test_solids_are_where_their_formulas_say(files: dict[str, Path]) -> None:
             "Capsule": np.hypot(away, np.maximum(np.abs(z) - 0.5, 0.0)) - 0.5,
         }[name]
         assert outside.max() < 1e-12, name
-        corners = mesh.points[mesh.corners]
-        first = np.cumsum(mesh.counts) - mesh.counts
-        newell = np.add.reduceat(np.cross(corners, np.roll(corners, -1, axis=0)), first)  # by face, but for the joints
-        middle = np.add.reduceat(corners, first) / mesh.counts[:, None]
-        assert ((newell * middle).sum(axis=1) > 0).mean() > 0.9, f"{name} faces outwards"
+        quads = mesh.points[mesh.corners][np.repeat(mesh.counts == 4, mesh.counts)].reshape(-1, 4, 3)
+        normal = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
+        assert len(quads) >= 16
+        assert ((normal * quads.mean(axis=1)).sum(axis=1) > 0).all(), f"{name} faces outwards"
         pixel = 2.0 * scene.camera.tan_x * 7.0 / scene.width
-        edge = (corners + np.roll(corners, -1, axis=0)) / 2.0
         if name == "Cylinder":
-            assert (1.0 - np.hypot(edge[:, 0], edge[:, 1])[np.abs(edge[:, 2]) < 1.0]).max() < 0.1 * pixel
+            middles = (quads + np.roll(quads, -1, axis=1)) / 2.0
+            assert (1.0 - np.hypot(middles[..., 0], middles[..., 1])).max() < 0.1 * pixel
     (box,) = meshes(read(files, "Cube"))
     assert np.ptp(box.points, axis=0).tolist() == [2, 2, 2]
     (plane,) = meshes(read(files, "Plane"))

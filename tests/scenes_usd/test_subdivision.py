@@ -11,7 +11,8 @@ import pytest
 
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Mesh
-from notabug.scenes_usd.subdivision import Net, Scheme, refine, with_boundary
+from notabug.scenes_usd.schemes import Scheme
+from notabug.scenes_usd.subdivision import Net, refine, with_boundary
 from notabug.scenes_usd.subdivision_limit import limit_normals, limit_weights
 
 CUBE = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
