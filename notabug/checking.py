@@ -87,7 +87,7 @@ def show(out: Console, source: str, survey: Survey) -> None:
         out.print(
             Text(f"{glyph} {remark.kind}: ", style=style).append(says(remark), style="default not bold"), soft_wrap=True
         )
-    kinds = Counter(remark.kind for remark in survey.remarks)
+    kinds: Counter[str] = Counter(remark.kind for remark in survey.remarks)
     told = ", ".join(f"{kinds[kind]} {kind}" for kind in ORDER if kinds[kind]) or "nothing to remark"
     out.print(Text(f"{source}: {told}"), soft_wrap=True)
     if survey.scene is not None:

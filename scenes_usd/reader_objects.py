@@ -18,7 +18,7 @@ from notabug.scenes_usd.reader_solids import SOLIDS
 from notabug.scenes_usd.reader_texture import Textures
 from notabug.scenes_usd.reader_values import TIME, blamed, fault, integers, opinion, vectors, where, world_matrix
 from notabug.scenes_usd.reading import frame, going_on, note
-from notabug.scenes_usd.scene import Floats, Mesh, Object
+from notabug.scenes_usd.scene import Floats, Ints, Mesh, Object
 
 MOST_INSTANCES = 1 << 14  # of a stage: each is an object of its own
 MOST_FACES = 1 << 22  # of all instances
@@ -188,7 +188,7 @@ def _faces_of(subset: Usd.Prim, faces: int) -> Bools:
     return chosen
 
 
-def _instances_of(prim: Usd.Prim, prototypes: int) -> tuple[Floats, list[Floats], list[int]]:
+def _instances_of(prim: Usd.Prim, prototypes: int) -> tuple[Ints, list[Floats], list[int]]:
     """Of each instance that is shown: its prototype's number, its matrix to the instancer, and its own number."""
     code = frame()
     time = TIME if code is None else Usd.TimeCode(code)

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdShade
+from pxr import Gf, Usd, UsdGeom, UsdShade
 
 from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.reader_texture import Coordinates, Textures
@@ -138,7 +138,7 @@ class Materials:
 
     def _preview(self, material: UsdShade.Material, shader: UsdShade.Shader) -> tuple[Material, Coordinates]:
         known = {"diffuseColor", "opacity", "opacityThreshold", *_PREVIEW_IDLE, *(row[0] for row in _PREVIEW_ONLY)}
-        inputs = Inputs(shader, known)
+        inputs = Inputs(shader, known, lenient=True)
         for name, kind, fallback, only, what in _PREVIEW_ONLY:
             mends = opinion(inputs.prim, f"inputs:{name}", kind, only)
             with going_on():
@@ -148,7 +148,7 @@ class Materials:
                     inputs.constant(name, fallback, mends),
                     only,
                     f"not shaded, the contract cannot say it: {what}",
-                    do=f"bind a {REFLECTION} shader on outputs:{CONTEXT}:surface for highlights, mirrors and glass",
+                    do="notabug adapt draws the diffuse colour alone",
                     mends=mends,
                 )
         texture, diffuse, coordinates = self._diffuse(inputs)
@@ -265,8 +265,9 @@ def _painted(material: UsdShade.Material, shader: UsdShade.Shader | None) -> tup
     for name in _COLOUR_INPUTS if shader else ():
         given = shader.GetInput(name) if shader else None
         found = given.Get() if given else None
-        if found is not None and len(found) == 3:
-            colour = tuple(min(max(float(part), 0.0), 1.0) for part in found)
+        if isinstance(found, Gf.Vec3f):
+            r, g, b = (min(max(float(part), 0.0), 1.0) for part in found)
+            colour = r, g, b
             break
     return opinion(material.GetPrim(), "outputs:surface", "preview", colour, "a Lambertian in its place")
 
@@ -286,15 +287,23 @@ def _surface(material: UsdShade.Material, output: UsdShade.Output, expected: str
 
 
 class Inputs:
-    """The inputs of a shader that are authored, by name; one that is not ``known`` is refused."""
+    """The inputs of a shader that are authored, by name.
 
-    def __init__(self, shader: UsdShade.Shader, known: set[str]) -> None:
+    One that is not ``known`` is refused, or with ``lenient`` left out and noted: exporters write inputs of their own on
+    a UsdPreviewSurface, and no renderer looks at them.
+    """
+
+    def __init__(self, shader: UsdShade.Shader, known: set[str], *, lenient: bool = False) -> None:
         self.prim = shader.GetPrim()
         self._authored = {str(each.GetBaseName()): each for each in shader.GetInputs()}
         for name in self._authored:
-            if name not in known:
-                expected = f"one of {', '.join(sorted(known))}"
-                refuse(fault(self.prim, f"inputs:{name}", "unknown input", expected=expected))
+            if name in known:
+                continue
+            if lenient:
+                note("not read", where(self.prim, f"inputs:{name}"), f"an input that {PREVIEW} does not have")
+                continue
+            expected = f"one of {', '.join(sorted(known))}"
+            refuse(fault(self.prim, f"inputs:{name}", "unknown input", expected=expected))
 
     def source(self, name: str) -> Any:
         """The attribute that gives the input its value, through connections and interfaces; None where nothing does."""

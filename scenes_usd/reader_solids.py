@@ -87,9 +87,11 @@ def _plane(prim: Usd.Prim) -> Faces:
     """A rectangle; its width is along x, or z where x is the axis, its length along the other one."""
     width, length = _length(prim, "width", 2.0) / 2.0, _length(prim, "length", 2.0) / 2.0
     axis = _axis(prim)
-    across = {"X": [(0, -length, width), (0, -length, -width), (0, length, -width), (0, length, width)]}
-    across["Y"] = [(-width, 0, length), (width, 0, length), (width, 0, -length), (-width, 0, -length)]
-    across["Z"] = [(-width, -length, 0), (width, -length, 0), (width, length, 0), (-width, length, 0)]
+    across = {
+        "X": [[0.0, -length, width], [0.0, -length, -width], [0.0, length, -width], [0.0, length, width]],
+        "Y": [[-width, 0.0, length], [width, 0.0, length], [width, 0.0, -length], [-width, 0.0, -length]],
+        "Z": [[-width, -length, 0.0], [width, -length, 0.0], [width, length, 0.0], [-width, length, 0.0]],
+    }
     return Faces(np.array(across[axis], np.float64), np.array([4]), np.arange(4), None)
 
 

@@ -126,7 +126,7 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene
 
 def _lacks() -> tuple[str, ...]:
     """One line about what of the stage was not read, for whoever wonders at a verdict."""
-    lacking = [remark for remark in remarks() if remark.kind == "not read"]
+    lacking = [remark for remark in remarks() if remark.kind == "not read" and ".inputs:" not in remark.where]
     if not lacking:
         return ()
     more = f" and {len(lacking) - 1} more (notabug check lists them)" if len(lacking) > 1 else ""

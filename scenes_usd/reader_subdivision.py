@@ -193,7 +193,7 @@ def _off(scheme: Scheme, coarse: Net, limit: Floats) -> Floats:
     v, e = coarse.vertices, len(edges.ends)
     chord = np.linalg.norm(limit[v : v + e] - limit[edges.ends].mean(axis=1), axis=1)
     if scheme == "loop":
-        return chord
+        return np.asarray(chord)
     middles = limit[v + e :]
     if not (coarse.counts == 4).all():
         sums = np.add.reduceat(limit[coarse.corners], coarse.first) / coarse.counts[:, None]

@@ -267,9 +267,11 @@ def _transform(shader: UsdShade.Shader) -> tuple[Floats, Floats]:
 
 
 def _check_inputs(shader: UsdShade.Shader, known: set[str]) -> None:
+    """Note the inputs that ``shader`` does not have: no renderer looks at them."""
     for each in shader.GetInputs():
         if each.GetBaseName() not in known:
-            raise fault(shader.GetPrim(), str(each.GetFullName()), "unknown input", expected=", ".join(sorted(known)))
+            what = f"an input that {shader.GetShaderId()} does not have"
+            note("not read", where(shader.GetPrim(), str(each.GetFullName())), what)
 
 
 def _four(shader: UsdShade.Shader, name: str, fallback: Four) -> Four:
