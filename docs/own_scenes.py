@@ -211,6 +211,7 @@ HALVES = "".join(
 OTHER = GREY.replace('"Look"', '"Other"').replace("/Look/", "/Other/").replace("0.6, 0.5, 0.4", "0.1, 0.2, 0.7")
 COLOUR = "\n    color3f[] primvars:displayColor = [(0.7, 0.3, 0.2)]"
 VERTICES = "[(1,0,0), (0,1,0), (0,0,1), (1,1,0), (1,0,1), (0,1,1), (1,1,1), (0,0,0)]"
+FACES = "[(1,0,0), (0,1,0), (1,0,0), (0,1,0), (1,0,0), (0,0,1)]"
 MOVING = f"\n    point3f[] points.timeSamples = {{1: [{POINTS}], 2: [{POINTS.replace('(1,1,1)', '(1,1,2)')}]}}"
 STILL = f"\n    point3f[] points.timeSamples = {{1: [{POINTS}], 2: [{POINTS}]}}"
 UNPOINTED = BOX.replace(f"\n    point3f[] points = [{POINTS}]", "")
@@ -325,6 +326,12 @@ FEATURES = (
         "displayOpacity",
         "read",
         mesh(BOX + NONE + COLOUR + "\n    float[] primvars:displayOpacity = [0.5]", bind=""),
+    ),
+    Feature(
+        "geometry",
+        "displayColor per face",
+        "read",
+        mesh(BOX + NONE + f'\n    color3f[] primvars:displayColor = {FACES} (interpolation = "uniform")', bind=""),
     ),
     Feature(
         "geometry",

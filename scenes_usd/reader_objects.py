@@ -15,8 +15,18 @@ from notabug.scenes_usd.reader_pixel import PixelGrid
 from notabug.scenes_usd.reader_prims import visible
 from notabug.scenes_usd.reader_shading import Materials
 from notabug.scenes_usd.reader_solids import SOLIDS
-from notabug.scenes_usd.reader_texture import Textures
-from notabug.scenes_usd.reader_values import TIME, blamed, fault, integers, opinion, vectors, where, world_matrix
+from notabug.scenes_usd.reader_texture import Coordinates, Textures
+from notabug.scenes_usd.reader_values import (
+    SINGULAR,
+    TIME,
+    blamed,
+    fault,
+    integers,
+    opinion,
+    vectors,
+    where,
+    world_matrix,
+)
 from notabug.scenes_usd.reading import frame, going_on, note
 from notabug.scenes_usd.scene import Floats, Ints, Mesh, Object
 
@@ -113,7 +123,7 @@ class Drawing:
         """The parts of a mesh by material: those of its subsets, in their order, and what these leave."""
         subsets = UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets() if prim.IsA(UsdGeom.Mesh) else []
         if not subsets:
-            return [self._whole(prim)]
+            return self._coloured(prim) or [self._whole(prim)]
         faces = len(integers(prim, "faceVertexCounts"))
         left: Bools = np.ones(faces, np.bool_)
         parts = []
@@ -130,6 +140,19 @@ class Drawing:
         if left.any():
             material = self.materials.bound_to(prim)
             parts.insert(0, Part(str(prim.GetPath()), material, self.materials.coordinates[material], left))
+        return parts
+
+    def _coloured(self, prim: Usd.Prim) -> list[Part]:
+        """The parts of a mesh without material whose displayColor says a colour for each face; none elsewhere."""
+        faces = self.materials.face_colours(prim) if prim.IsA(UsdGeom.Mesh) else None
+        if faces is None:
+            return []
+        found, which = faces
+        opacity = self.materials.display_opacity(prim)
+        parts = []
+        for number, (r, g, b) in enumerate(found.tolist()):
+            material = self.materials.coloured(f"{prim.GetPath()}_{number}", (r, g, b), opacity)
+            parts.append(Part(f"{prim.GetPath()}_{number}", material, Coordinates(), which == number))
         return parts
 
     def _instanced(self, prim: Usd.Prim, places: Sequence[_Place], depth: int) -> None:
@@ -211,5 +234,14 @@ def _instances_of(prim: Usd.Prim, prototypes: int) -> tuple[Ints, list[Floats], 
     matrices = [np.array(matrix, np.float64) for matrix in found]
     if not all(np.isfinite(matrix).all() for matrix in matrices):
         raise SceneError("a transform is not finite", where=where(prim, "positions"))
-    shown = [index for index in range(len(which)) if not mask or mask[index]]
+    flat = {index for index, matrix in enumerate(matrices) if _has_no_volume(matrix)}
+    if flat:  # exporters hide an instance by the scale 0
+        note("not read", where(prim, "scales"), f"{len(flat)} instances without a size")
+    shown = [index for index in range(len(which)) if (not mask or mask[index]) and index not in flat]
     return which[shown], [matrices[index] for index in shown], shown
+
+
+def _has_no_volume(matrix: Floats) -> bool:
+    """Whether ``matrix`` brings everything into a plane, a line or a point."""
+    lengths = np.linalg.norm(matrix[:3, :3], axis=1)
+    return bool(lengths.min() <= 0.0 or abs(np.linalg.det(matrix[:3, :3] / lengths[:, None])) < SINGULAR)

@@ -9,6 +9,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdShade
 
 from notabug.scenes_usd.opinion import Opinion
+from notabug.scenes_usd.primvar import Places
 from notabug.scenes_usd.reader_texture import Coordinates, Textures
 from notabug.scenes_usd.reader_values import (
     Colour,
@@ -18,6 +19,7 @@ from notabug.scenes_usd.reader_values import (
     check_plain,
     checked,
     fault,
+    integers,
     opinion,
     read,
     vectors_of,
@@ -53,6 +55,8 @@ _PREVIEW_ONLY = (  # input, its type, its schema's fallback, the only value the 
 )
 _PREVIEW_IDLE = ("roughness", "clearcoatRoughness", "ior", "occlusion", "opacityMode")  # without effect on a Lambertian
 GREY = (0.18, 0.18, 0.18)  # the diffuse colour that UsdPreviewSurface falls back to
+_AS_COLOUR = "no material: its displayColor is drawn as Lambertian"
+_MOST_COLOURS = 64  # of the faces of one mesh: each becomes an object
 _COLOUR_INPUTS = ("diffuseColor", "base_color", "baseColor", "diffuse_color", "basecolor", "diffuseReflectionColor")
 
 
@@ -99,22 +103,43 @@ class Materials:
     def _plain(self, prim: Usd.Prim) -> int:
         """The material that a prim's displayColor and displayOpacity say, where they are constant."""
         colour = recovered(lambda: display(prim, "primvars:displayColor", 3), None)
-        opacity = recovered(lambda: display(prim, "primvars:displayOpacity", 1), None)
-        if colour is None and opacity is None:
+        clear = self.display_opacity(prim)
+        if colour is None and clear == 1.0:
             note("approximated", where(prim, "material:binding"), "no material and no displayColor: grey 0.18 is drawn")
             return self.grey()
-        said = recovered(
-            lambda: check_colour(prim, "primvars:displayColor", GREY if colour is None else colour[0]), GREY
-        )
-        clear = 1.0
-        if opacity is not None:
-            found = float(opacity[0, 0])
-            clear = recovered(lambda: check_number(prim, "primvars:displayOpacity", found, low=0.0, high=1.0), 1.0)
+        name = "primvars:displayColor"
+        said = recovered(lambda: check_colour(prim, name, GREY if colour is None else colour[0]), GREY)
         if colour is not None:
-            note(
-                "approximated", where(prim, "material:binding"), "no material: its displayColor is drawn as Lambertian"
-            )
+            note("approximated", where(prim, "material:binding"), _AS_COLOUR)
         return self.coloured(str(prim.GetPath()), said, clear)
+
+    def display_opacity(self, prim: Usd.Prim) -> float:
+        """The one displayOpacity of ``prim``; 1 where it has none."""
+        name = "primvars:displayOpacity"
+        found = recovered(lambda: display(prim, name, 1), None)
+        if found is None:
+            return 1.0
+        return recovered(lambda: check_number(prim, name, float(found[0, 0]), low=0.0, high=1.0), 1.0)
+
+    def face_colours(self, prim: Usd.Prim) -> tuple[Floats, Places] | None:
+        """The colours (k, 3) of a mesh without material, and which each face has; None unless each face says one."""
+        primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("displayColor")
+        if not primvar or str(primvar.GetInterpolation()) != "uniform" or not primvar.HasValue():
+            return None
+        material, relationship = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
+        if material or relationship or primvar.IsIndexed():
+            return None
+        name = "primvars:displayColor"
+        values = vectors_of(prim, name, primvar.GetAttr(), 3)
+        if len(values) != len(integers(prim, "faceVertexCounts")):
+            return None
+        colours, which = np.unique(values, axis=0, return_inverse=True)
+        if len(colours) < 2 or len(colours) > _MOST_COLOURS:
+            return None
+        for colour in colours.tolist():
+            check_colour(prim, name, colour)
+        note("approximated", where(prim, "material:binding"), _AS_COLOUR)
+        return colours, which.reshape(-1)
 
     def grey(self) -> int:
         """The schema's fall-back material."""

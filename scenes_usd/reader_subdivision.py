@@ -21,7 +21,7 @@ from notabug.scenes_usd.schemes import TOLERANCE, Scheme
 from notabug.scenes_usd.subdivision import SHARPEST, Net, Places, Step, edges_of, refine, with_boundary
 from notabug.scenes_usd.subdivision_limit import Bools, limit_normals, limit_weights
 
-MOST_FACES = 1 << 19  # of one refined mesh
+MOST_FACES = 1 << 18  # of one refined mesh
 _MOST_STEPS = 8
 _SHRINKS = 3.0  # at least by so much the distance falls with a step; in the limit by 4
 

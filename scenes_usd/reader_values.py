@@ -19,6 +19,7 @@ from notabug.scenes_usd.scene import Floats, Ints
 TIME = Usd.TimeCode.EarliestTime()  # a lone time sample, as some exporters write, counts as a plain value
 ROUNDED = 2.0**-20  # of a number or of 1: eight roundings of float32, in which most of USD's numbers are stored
 AFFINE = 1e-9  # of a matrix's last column: products and inverses of doubles leave some 1e-16 a factor there
+SINGULAR = 1e-9  # volume of a matrix's three directions, over that of three at right angles
 ORTHOGONAL = 1e-5  # of a matrix's rows squared: many exporters write six digits, which leaves a few 1e-6
 FARTHEST = 1e12  # of a coordinate in world space: a product of three, a determinant, is still a float32
 
@@ -265,7 +266,7 @@ def world_matrix(prim: Usd.Prim) -> Floats:
     matrix[:, 3] = 0.0, 0.0, 0.0, 1.0
     linear = matrix[:3, :3]
     lengths = np.linalg.norm(linear, axis=1)
-    if not lengths.min() > 0.0 or abs(np.linalg.det(linear / lengths[:, None])) < 1e-9:
+    if not lengths.min() > 0.0 or abs(np.linalg.det(linear / lengths[:, None])) < SINGULAR:
         raise fault(
             prim,
             "xformOpOrder",

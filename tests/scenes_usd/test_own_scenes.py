@@ -130,6 +130,22 @@ def test_display_colour_is_a_lambertian(files: dict[str, Path]) -> None:
     assert grey.diffuse == (0.18, 0.18, 0.18)
 
 
+def test_a_colour_for_each_face_makes_parts(files: dict[str, Path]) -> None:
+    scene = read(files, "displayColor per face")
+    shown = {scene.materials[each.material].diffuse: len(each.counts) for each in meshes(scene)}
+    assert shown == {(1.0, 0.0, 0.0): 3, (0.0, 1.0, 0.0): 2, (0.0, 0.0, 1.0): 1}
+
+
+def test_an_instance_without_a_size_is_not_drawn(files: dict[str, Path], tmp_path: Path) -> None:
+    text = files["PointInstancer, one instance hidden"].read_text("utf-8")
+    path = tmp_path / "flat.usda"
+    path.write_text(text.replace("(0.2, 0.4, 0.2)]", "(0.2, 0, 0.2)]"), "utf-8")
+    survey = survey_stage(path, "own", {})
+    assert survey.scene is not None
+    assert [type(each) for each in survey.scene.objects] == [Sphere]
+    assert [(each.kind, each.where) for each in survey.remarks] == [("not read", "/World/Many.scales")]
+
+
 def test_left_handed_faces_are_turned_round(files: dict[str, Path]) -> None:
     plain = meshes(read(files, "UsdPreviewSurface, diffuse"))[0]
     turned = meshes(read(files, "leftHanded"))[0]
