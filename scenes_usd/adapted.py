@@ -258,10 +258,8 @@ class _Layer:
             if not prim or not prim.IsInstanceProxy():
                 return prim or None
             owner = prim
-            while owner and not owner.IsInstance():
+            while owner.IsInstanceProxy():  # the outermost instance is a prim of its own
                 owner = owner.GetParent()
-            if not owner or owner.IsInstanceProxy():
-                return None
             owner.SetInstanceable(False)
             self._say(str(owner.GetPath()), "not instanceable: a value inside is overruled")
         return None

@@ -355,6 +355,27 @@ def test_a_scene_without_camera_and_light_gets_both(files: dict[str, Path], tmp_
     assert not [each for each in made.survey.remarks if each.kind == "out of the contract"]
 
 
+@pytest.mark.parametrize("nested", [False, True])
+def test_what_is_inside_an_instance_is_overruled(nested: bool, tmp_path: Path) -> None:
+    """The instance becomes a prim of its own: an opinion on what several share would have no place."""
+    look = own.shader(f"float inputs:metallic = 1\n{own.LAMBERT}").replace("/World/", "/Part/")
+    inner = own.mesh(own.BOX + own.NONE, bind="\n    rel material:binding = </Part/Look>")
+    (tmp_path / "part.usda").write_text(
+        f'#usda 1.0\n(defaultPrim = "Part")\ndef Xform "Part"\n{{\n{look}{inner}}}\n', "utf-8"
+    )
+    (tmp_path / "nested.usda").write_text(own.NESTED, "utf-8")
+    meta = own.INSTANCE.replace("part", "nested") if nested else own.INSTANCE
+    shape = own.moved("A", -1, "", meta) + own.moved("B", 1, "", meta)
+    path = tmp_path / "scene.usda"
+    path.write_text(own.Feature("", "", "adapted", shape=shape, look="").text, "utf-8")
+    before = survey_stage(path, "own", {})
+    assert [each.where.endswith("inputs:metallic") for each in before.remarks] == [True] * len(before.remarks)
+    made = adapt(path, tmp_path / "own.usda", {}, View())
+    assert made.survey.scene is not None
+    assert len(made.survey.scene.objects) == 2
+    assert any("not instanceable" in line for line in made.says)
+
+
 def test_what_the_layer_may_be_is_checked(ten: Path, tmp_path: Path) -> None:
     (tmp_path / "deeper").mkdir()
     for out, says in ((ten, "the scene itself"), (tmp_path / "deeper" / "own.usda", "below its own folder")):

@@ -104,6 +104,15 @@ def test_a_boundary_is_the_cubic_spline_of_its_own_vertices() -> None:
     assert np.abs((limit_weights(fine) @ values)[0] - points[0]).max() > 0.1, "edgeOnly rounds it"
 
 
+def _star(rng: Any) -> tuple[list[list[int]], Any]:
+    """Seven quads round a vertex."""
+    turn = 2.0 * np.pi * np.arange(7) / 7
+    inner = np.stack([np.cos(turn), np.sin(turn), rng.normal(0.0, 0.2, 7)], axis=1)
+    outer = 1.6 * np.stack([np.cos(turn + np.pi / 7), np.sin(turn + np.pi / 7), rng.normal(0.0, 0.1, 7)], axis=1)
+    faces = [[0, 1 + i, 8 + i, 1 + (i + 1) % 7] for i in range(7)]
+    return faces, np.concatenate([[[0.0, 0.0, 0.5]], inner, outer])
+
+
 CASES: dict[str, tuple[Net, Any, Scheme]] = {}
 
 
@@ -116,6 +125,9 @@ def _cases() -> None:
         CASES[f"{scheme} closed"] = net(shape, 8), cube, scheme  # type: ignore[assignment]
         CASES[f"{scheme} semi-sharp"] = creased(net(shape, 8), RIM, 1.3), cube, scheme  # type: ignore[assignment]
     CASES["crease"] = creased(net(CUBE, 8), RIM, np.inf), cube, "catmullClark"
+    star, around = _star(rng)
+    rim = with_boundary(net(star, len(around)), corners=True)
+    CASES["crease with three and four faces beside it"] = creased(rim, [(0, 1), (0, 4)], np.inf), around, "catmullClark"
     CASES["boundary"] = with_boundary(net(faces, 16), corners=True), bent, "catmullClark"
     CASES["smooth corners"] = with_boundary(net(faces, 16), corners=False), bent, "catmullClark"
     CASES["triangles with a boundary"] = with_boundary(net(triangles(faces), 16), corners=True), bent, "loop"
