@@ -36,7 +36,7 @@ _PLAIN = (  # attribute, its type, the only value the contract can say, where th
     ("inputs:shadow:distance", "float", -1.0),
     ("inputs:shaping:focus", "float", 0.0),
 )
-PENUMBRA = 0.1  # pixels: an edge of a shadow that is softer is a picture's own
+PENUMBRA = 0.1  # pixels: a narrower penumbra cannot be told from an edge
 SHADED = 1e-3  # of the full irradiance: so far may a point in the light's place be off beside the terminator
 _HORIZON = 2.0 / (3.0 * math.pi)  # irradiance of the half of a small disk that is above the horizon, over pi s^2, per s
 _BRIGHTEST = 1e30  # pictures are float32

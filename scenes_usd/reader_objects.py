@@ -31,7 +31,7 @@ from notabug.scenes_usd.reading import frame, going_on, note
 from notabug.scenes_usd.scene import Floats, Ints, Mesh, Object
 
 MOST_INSTANCES = 1 << 14  # of a stage: each is an object of its own
-MOST_FACES = 1 << 22  # of all instances
+MOST_FACES = 1 << 22  # of all instances and refined surfaces
 _DEEPEST = 8  # instancers within instancers
 _LOOKED_AT = 32  # instances by which a shared shape is refined: the nearest
 
@@ -82,9 +82,11 @@ class Drawing:
             return
         parts = self._parts(prim)
         shape = self._shape(prim, parts, [at.matrix for at in places])
-        self._faces += len(shape.counts) * (len(places) if depth else 0)
+        if depth or shape.parent is not None:  # more faces than the file itself holds
+            self._faces += len(shape.counts) * len(places)
         if self._faces > MOST_FACES:
-            raise fault(prim, "", "too many faces in all instances", expected=f"at most {MOST_FACES}")
+            what = "too many faces in all instances and refined surfaces"
+            raise fault(prim, "", what, expected=f"at most {MOST_FACES}", do="draw a smaller picture, or less of it")
         for at in places:
             for part in parts:
                 made = place(shape, part.moved(str(prim.GetPath()), at.path), at.matrix)
