@@ -17,6 +17,7 @@ from notabug.exit_codes import ExitCode, exit_code
 from notabug.options import (
     Bench,
     BenchPart,
+    CameraOption,
     Declare,
     Deed,
     Encoding,
@@ -27,10 +28,12 @@ from notabug.options import (
     Layer,
     Page,
     Precision,
+    PurposeOption,
     Renderers,
     Samples,
     SceneOption,
     Seeds,
+    TimeOption,
     Topic,
     Variant,
     Variants,
@@ -177,6 +180,41 @@ def judge(
         layer=layer,
     )
     raise typer.Exit(code)
+
+
+@app.command()
+def check(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A USD file, or an id.")],
+    variant: Variant = None,
+    camera: CameraOption = "",
+    time: TimeOption = None,
+    purpose: PurposeOption = None,
+    as_json: Json = False,
+) -> None:
+    """Say what of a scene is read, what is approximated, what is not read and what is out of the contract."""
+    from notabug.checking import command, view_of
+
+    view = view_of(camera, time, purpose or [])
+    raise typer.Exit(command(source=scene, variants=variant or [], view=view, as_json=as_json))
+
+
+@app.command()
+def adapt(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A USD file.")],
+    out: Annotated[Path, typer.Option(help="The layer to write, beside the scene or above it.")],
+    variant: Variant = None,
+    camera: CameraOption = "",
+    time: TimeOption = None,
+    purpose: PurposeOption = None,
+    size: Annotated[str, typer.Option(metavar="WxH", help="Pixels; default: the scene's own, else 256 across.")] = "",
+    as_json: Json = False,
+) -> None:
+    """Write a layer over a scene that makes it judgeable; the scene itself stays as it is."""
+    from notabug.adapting import command
+    from notabug.checking import view_of
+
+    view = view_of(camera, time, purpose or [])
+    raise typer.Exit(command(source=scene, out=out, variants=variant or [], view=view, size=size, as_json=as_json))
 
 
 @app.command()
@@ -503,8 +541,10 @@ def _told(error: Exception) -> int:
 
     from notabug.progress import console
 
-    line = Text("notabug: ", style="bold red").append(" ".join(str(error).split()), style="default not bold")
-    console(stderr=True).print(line, soft_wrap=True)
+    out = console(stderr=True)
+    for part in getattr(error, "errors", (error,)):  # of a scene that breaks the contract in many ways each
+        line = Text("notabug: ", style="bold red").append(" ".join(str(part).split()), style="default not bold")
+        out.print(line, soft_wrap=True)
     return exit_code(error)
 
 

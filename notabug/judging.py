@@ -77,7 +77,7 @@ def command(
         command=shlex.join(["notabug", *sys.argv[1:]]),
         claim=scene.card.claim,
         channels=outcome.channels,
-        notes=outcome.notes,
+        notes=(*outcome.notes, *scene.notes),
     )
     result = Gate().judged(result)
     total = time.perf_counter() - begun

@@ -126,6 +126,16 @@ Declare = Annotated[
 Layer = Annotated[
     str, typer.Option(metavar="NAME", help="The layer or part that is the picture, where a file has several.")
 ]
+CameraOption = Annotated[
+    str, typer.Option("--camera", metavar="PATH", help="The camera, by its path; default: the scene's own.")
+]
+TimeOption = Annotated[float | None, typer.Option("--time", metavar="CODE", help="The frame of an animated scene.")]
+PurposeOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--purpose", help="What is drawn beside default: render, proxy, guide; again for more. Default: render."
+    ),
+]
 Renderers = Annotated[
     list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all that are found.")
 ]

@@ -384,7 +384,7 @@ def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
             images={key: _relative(path, plan.out) for key, path in outcome.images.items()},
             size=outcome.size,
             channels=outcome.channels,
-            notes=outcome.notes,
+            notes=(*outcome.notes, *scene.notes),
             seconds=blank.seconds | {"judge": outcome.seconds},
         )
         write_json(folder / "result.json", {"key": keys["result"], "result": result.as_dict()})

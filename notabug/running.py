@@ -23,8 +23,9 @@ from notabug.printable import escaped
 from notabug.progress import Board, console, messages, states, table
 from notabug.report.page import Pictures, draw
 from notabug.run import Plan, Run, find_renderers, run
-from notabug.scenes_usd.errors import NotabugError, SelectionError
-from notabug.selection import NothingSelectedError, choose, parse_variants, part
+from notabug.scenes_usd.errors import ManyFaultsError, NotabugError, SceneError, SelectionError
+from notabug.scenes_usd.reader import read_scene
+from notabug.selection import OWN_FOLDER, Choice, NothingSelectedError, choose, parse_variants, part
 from notabug.words import tally
 
 
@@ -60,6 +61,7 @@ def command(
         else choose(scenes, parse_variants(variants), every_variant=every_variant)
     )
     choices = part(choices, shard)
+    _look_at_own(choices, quiet)
     asked = {name: adapter(name) for name in dict.fromkeys(renderers)} if renderers else adapters()
     required = {name: adapter(name) for name in require}
 
@@ -114,6 +116,26 @@ def command(
     else:
         _summary(console(), state, page)
     return workarounds.code_of(found_rows, state.results) if remedies else code_of(state.results)
+
+
+def _look_at_own(choices: Sequence[Choice], quiet: Console) -> None:
+    """Tell all that takes the selected scenes of a team's own out of the contract, before anything is drawn.
+
+    Raises it where that leaves nothing to draw.
+    """
+    faults: list[SceneError] = []
+    refused = 0
+    for choice in choices:
+        if choice.folder.startswith(OWN_FOLDER):
+            try:
+                read_scene(choice.source, choice.variants)
+            except SceneError as error:
+                refused += 1
+                faults += error.errors if isinstance(error, ManyFaultsError) else (error,)
+    if refused == len(choices) and faults:
+        raise ManyFaultsError(tuple(faults)) if len(faults) > 1 else faults[0]
+    for fault in faults:
+        quiet.print(Text(f"notabug: {fault}", style="bold red"), soft_wrap=True)
 
 
 def _summary(out: Console, state: Run, page: Path) -> None:

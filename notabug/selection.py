@@ -18,6 +18,9 @@ from notabug.scenes_usd.scene import Scene
 ALL = "all"
 
 
+OWN_FOLDER = "own/"  # of the results of scenes from outside the corpus
+
+
 class NothingSelectedError(NotabugError):
     """A selection that is well formed and empty."""
 
@@ -175,7 +178,7 @@ def _choice(source: str, path: Path, variants: Mapping[str, str]) -> Choice:
     if "/" in name:
         return Choice(name, name, variants)
     tag = hashlib.blake2b(str(path).encode("utf-8", "surrogateescape"), digest_size=3).hexdigest()
-    return Choice(str(Path(source)), name, variants, folder=f"own/{name}-{tag}")
+    return Choice(str(Path(source)), name, variants, folder=f"{OWN_FOLDER}{name}-{tag}")
 
 
 def _refuse(sets: Sequence[Mapping[str, Sequence[str]]], wanted: Mapping[str, Sequence[str]]) -> None:

@@ -37,6 +37,15 @@ def readable(name: str) -> str:
     return name.replace("_", " ")
 
 
+def counted(count: int, thing: str) -> str:
+    """A number of things.
+
+    >>> counted(1, "mesh"), counted(2, "light")
+    ('1 mesh', '2 lights')
+    """
+    return f"{count} {thing}" if count == 1 else f"{count} {thing}s"
+
+
 def finding_names(result: Result) -> str:
     """The findings' names, each once, in the order of the findings."""
     return ", ".join(dict.fromkeys(readable(each.name) for each in result.verdict.findings))

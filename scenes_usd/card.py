@@ -10,6 +10,9 @@ from notabug.scenes_usd.scene import Card
 
 CLASSES = ("acne", "terminator", "phong", "separation", "mirror", "visibility", "texture", "calibration")
 
+OWN = "own"  # the class of a scene that is not the corpus's
+OWN_CARD = Card(OWN, "the scene looks as its file says")
+
 _STRINGS = ("class", "claim", "figure", "cites", "intent")
 _EXAMPLE = (
     'write customData = { dictionary notabug = { string class = "texture" string claim = "..." } } on the default prim'
@@ -19,11 +22,12 @@ _EXAMPLE = (
 def read_card(custom: Mapping[str, Any], prim: str) -> Card:
     """The card in ``custom``, the customData of the default prim at path ``prim``.
 
-    Raises SceneError where there is none, a key is unknown or of another type, or class or claim is missing.
+    A scene without one is a team's own. Raises SceneError where a key is unknown or of another type, or class or claim
+    is missing.
     """
     where = f"{prim}.customData:notabug"
     if "notabug" not in custom:
-        raise SceneError("no card", where=where, do=_EXAMPLE)
+        return OWN_CARD
     card = custom["notabug"]
     if not isinstance(card, Mapping):
         raise SceneError("the card is no dictionary", where=where, got=type(card).__name__, do=_EXAMPLE)
@@ -41,9 +45,12 @@ def read_card(custom: Mapping[str, Any], prim: str) -> Card:
     for key in ("class", "claim"):
         if not card.get(key, "").strip():
             raise SceneError("missing or empty", where=f"{where}:{key}", do=_EXAMPLE)
-    if card["class"] not in CLASSES:
+    if card["class"] not in (*CLASSES, OWN):
         raise SceneError(
-            "unknown class", where=f"{where}:class", expected=f"one of {', '.join(CLASSES)}", got=repr(card["class"])
+            "unknown class",
+            where=f"{where}:class",
+            expected=f"one of {', '.join((*CLASSES, OWN))}",
+            got=repr(card["class"]),
         )
     return Card(
         artifact_class=card["class"],

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from notabug.scenes_usd.card import CLASSES, read_card
+from notabug.scenes_usd.card import CLASSES, OWN_CARD, read_card
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.fence import check_inside
 from notabug.scenes_usd.reader import CORPUS, scene_id
@@ -46,7 +46,10 @@ class Entry:
 def scenes() -> tuple[Entry, ...]:
     """Every ``<class>/<scene>.usda`` of the corpus, by class in the order of the paper's table, then by name."""
     files = sorted(path for name in CLASSES for path in (CORPUS / name).glob("*.usda"))
-    found = (read_entry(path) for path in files)
+    found = [read_entry(path) for path in files]
+    for each in found:
+        if each.artifact_class not in CLASSES:
+            raise SceneError("a scene of the corpus without a card", where=str(each.path))
     return tuple(sorted(found, key=lambda each: (CLASSES.index(each.artifact_class), each.id)))
 
 
@@ -68,8 +71,8 @@ def read_entry(path: Path) -> Entry:
     except Tf.ErrorException as error:
         raise SceneError("cannot be read as USD", where=str(path), got=" ".join(str(error).split())) from error
     root = layer.GetPrimAtPath(layer.defaultPrim) if layer and layer.defaultPrim else None
-    if not root:
-        raise SceneError("the stage has no default prim", where="/.defaultPrim", got=str(path), do="author defaultPrim")
+    if not root:  # a team's own scene: what it is composed of may still name variants
+        return Entry(scene_id(path), path, OWN_CARD, MappingProxyType({}), MappingProxyType({}))
     variants = {str(name): tuple(map(str, spec.variants.keys())) for name, spec in root.variantSets.items()}
     defaults = {str(name): str(chosen) for name, chosen in root.variantSelections.items()}
     card = read_card(dict(root.customData), str(root.path))

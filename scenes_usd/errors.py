@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 
+from notabug.scenes_usd.opinion import Opinion
+
 
 class NotabugError(Exception):
     """An error a user can act on.
@@ -20,7 +22,26 @@ class NotabugError(Exception):
 
 
 class SceneError(NotabugError):
-    """A scene that breaks the contract: names the prim path and the attribute."""
+    """A scene that breaks the contract: names the prim path and the attribute.
+
+    ``mends`` are opinions which, in a layer over the scene, would take it into the contract.
+    """
+
+    mends: tuple[Opinion, ...] = ()
+
+
+class ManyFaultsError(SceneError):
+    """All that takes a scene out of the contract, ``errors``: two of them at least."""
+
+    def __init__(self, errors: tuple[SceneError, ...]) -> None:
+        self.errors = errors
+        first = errors[0]
+        super().__init__(first.what, where=first.where, expected=first.expected, got=first.got, do=first.do)
+        self.args = (errors,)
+
+    def __str__(self) -> str:
+        more = len(self.errors) - 1
+        return f"{self.errors[0]} (and {more} more that notabug check lists)"
 
 
 class SelectionError(NotabugError):

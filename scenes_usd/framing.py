@@ -61,6 +61,35 @@ def bounds_of(objects: Sequence[Object]) -> tuple[Floats, Floats]:
     return every.min(axis=0), every.max(axis=0)
 
 
+def camera_for(
+    objects: Sequence[Object],
+    width: int,
+    height: int,
+    *,
+    azimuth: float = 30.0,
+    elevation: float = 25.0,
+    tangent: float = 0.4,
+    up: str = "Y",
+) -> Camera:
+    """A camera that sees ``objects`` whole; ``tangent`` is that of half the angle of view along the width."""
+    low, high = bounds_of(objects)
+    middle, reach = (low + high) / 2.0, float(np.linalg.norm(high - low)) / 2.0 or 1.0
+    tan_x, tan_y = tangent, tangent * height / width
+    above = np.array([0.0, 1.0, 0.0] if up == "Y" else [0.0, 0.0, 1.0])
+    towards = direction(azimuth, elevation, up)
+    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+    axes = look_at(middle + towards, middle, above)[:3, :3]
+    away = max(fitting_distance(corners, middle, axes, tan_x, tan_y, FILL), 1e-3 * reach)
+    return Camera(
+        path="/Scene/Camera",
+        to_world=look_at(middle + away * towards, middle, above),
+        tan_x=tan_x,
+        tan_y=tan_y,
+        near=NEAR * away,
+        far=FAR * away,
+    )
+
+
 def framed(
     objects: Sequence[Object],
     materials: Sequence[Material],
@@ -80,20 +109,7 @@ def framed(
     low, high = bounds_of(objects)
     middle, reach = (low + high) / 2.0, float(np.linalg.norm(high - low)) / 2.0 or 1.0
     width, height = size
-    tan_x, tan_y = tangent, tangent * height / width
-    above = np.array([0.0, 1.0, 0.0] if up == "Y" else [0.0, 0.0, 1.0])
-    towards = direction(azimuth, elevation, up)
-    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
-    axes = look_at(middle + towards, middle, above)[:3, :3]
-    away = max(fitting_distance(corners, middle, axes, tan_x, tan_y, FILL), 1e-3 * reach)
-    camera = Camera(
-        path="/Scene/Camera",
-        to_world=look_at(middle + away * towards, middle, above),
-        tan_x=tan_x,
-        tan_y=tan_y,
-        near=NEAR * away,
-        far=FAR * away,
-    )
+    camera = camera_for(objects, width, height, azimuth=azimuth, elevation=elevation, tangent=tangent, up=up)
     far = LIGHT_AWAY * reach
     x, y, z = (middle + far * direction(azimuth + 40.0, elevation + 25.0, up)).tolist()
     light = Light("/Scene/Light", "point", (LIT * far**2,) * 3, position=(x, y, z))

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.fence import SUFFIXES as SUFFIXES
 from notabug.scenes_usd.scene import Scene
 from notabug.scenes_usd.untrusted import check_scenes, problems
+
+if TYPE_CHECKING:
+    from notabug.scenes_usd.reader_stage import Survey
+    from notabug.scenes_usd.reading import View
 
 CORPUS = Path(__file__).resolve().parent
 
@@ -25,6 +30,17 @@ def read_scene(source: str | Path, variants: Mapping[str, str] | None = None) ->
     """
     path = find(source)
     return _read(path, variants or {})
+
+
+def survey_scene(source: str | Path, variants: Mapping[str, str] | None = None, view: View | None = None) -> Survey:
+    """All that a look at ``source`` tells, as ``read_scene`` takes it: what is read, approximated, and refused.
+
+    Raises SceneError only where the file cannot be opened at all.
+    """
+    from notabug.scenes_usd.reader_stage import survey_stage
+
+    path = find(source)
+    return survey_stage(path, scene_id(path), variants or {}, view)
 
 
 def find(source: str | Path) -> Path:

@@ -3,38 +3,67 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from pxr import Usd, UsdRender
+from pxr import Sdf, Usd, UsdGeom, UsdRender
 
-from notabug.scenes_usd.errors import SceneError
+from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.reader_values import (
     ORTHOGONAL,
     blamed,
     check_plain,
     fault,
     number,
+    opinion,
     read,
     same,
     shown,
     turns_over,
     value,
     vectors,
+    where,
     world_matrix,
 )
-from notabug.scenes_usd.scene import Camera
+from notabug.scenes_usd.reading import note, recovered, refuse, view
+from notabug.scenes_usd.scene import Camera, Floats
 
 DEFAULT_SIZE = (256, 256)
 _MAX_SIDE = 1 << 14
+_NARROWEST = 1e-2  # of a pixel's width over its height
+_NEAR, _FAR = 1.0, 1e6  # the schema's clipping range: in the place of one that is refused
 
 
-def find_settings(stage: Usd.Stage) -> Usd.Prim:
-    """The stage's render settings: the one its metadata names, or the only one there is."""
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """What of a picture the file says: a camera, or None where it has none, and the size in pixels."""
+
+    camera: Camera | None
+    width: int
+    height: int
+
+
+def read_picture(stage: Usd.Stage) -> Picture:
+    """The camera and the size of the picture, with what nobody authored assumed and noted."""
+    settings = find_settings(stage)
+    prim = _chosen_camera(stage, settings)
+    if settings is None:
+        width, height = _assumed_size(prim)
+        note("approximated", "/", f"no render settings: the picture is {width} x {height} pixels")
+    else:
+        width, height = recovered(lambda: _size(settings), DEFAULT_SIZE)
+    camera = None if prim is None else read_camera(prim, settings, width, height)
+    return Picture(camera, width, height)
+
+
+def find_settings(stage: Usd.Stage) -> Usd.Prim | None:
+    """The stage's render settings: those its metadata names, or the only ones there are; None where there are none."""
     named = UsdRender.Settings.GetStageRenderSettings(stage)
     if named:
         return named.GetPrim()
     found = [prim for prim in stage.Traverse() if prim.IsA(UsdRender.Settings)]
-    if len(found) != 1:
+    if len(found) > 1:
         raise SceneError(
             "cannot tell which picture to draw",
             where="/.renderSettingsPrimPath",
@@ -42,30 +71,111 @@ def find_settings(stage: Usd.Stage) -> Usd.Prim:
             got=f"{len(found)} RenderSettings prims and no path",
             do='author renderSettingsPrimPath = "/Render/Settings" in the layer and its rel camera',
         )
-    return found[0]
+    return found[0] if found else None
 
 
-def read_camera(stage: Usd.Stage) -> tuple[Camera, int, int]:
-    """The camera, width and height in pixels."""
-    settings = find_settings(stage)
-    width, height = _size(settings)
-    prim = _camera_prim(stage, settings)
+def cameras(stage: Usd.Stage) -> list[Usd.Prim]:
+    """Every camera of the stage, inside instances too."""
+    every = Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies())
+    return [prim for prim in every if prim.IsA(UsdGeom.Camera)]
+
+
+def _chosen_camera(stage: Usd.Stage, settings: Usd.Prim | None) -> Usd.Prim | None:
+    """The camera that was asked for, or the settings', or the only one; None where the stage has none."""
+    asked = view().camera
+    if asked:
+        prim = stage.GetPrimAtPath(asked) if Sdf.Path.IsValidPathString(asked) else None
+        if not prim or not prim.IsA(UsdGeom.Camera):
+            known = ", ".join(str(each.GetPath()) for each in cameras(stage)) or "none: the stage has no camera"
+            raise SelectionError(f"no camera {asked!r}", where="--camera", expected=f"one of {known}")
+        return prim
+    relationship = settings.GetRelationship("camera") if settings is not None else None
+    if settings is not None and relationship and relationship.HasAuthoredTargets():
+        return _camera_of(stage, settings, relationship)
+    found = cameras(stage)
+    if len(found) > 1:
+        where = f"{settings.GetPath()}.camera" if settings is not None else "/.renderSettingsPrimPath"
+        raise SceneError(
+            f"{len(found)} cameras",
+            where=where,
+            expected=f"one of {', '.join(str(each.GetPath()) for each in found)}",
+            do="choose: notabug adapt SCENE --camera PATH --out own.usda",
+        )
+    if found:
+        note("approximated", str(found[0].GetPath()), "nothing names a camera: this is the only one")
+        return found[0]
+    note("approximated", "/", "no camera: one is placed that sees everything")
+    return None
+
+
+def _camera_of(stage: Usd.Stage, settings: Usd.Prim, relationship: Usd.Relationship) -> Usd.Prim:
+    with blamed(settings, "camera"):
+        targets = relationship.GetForwardedTargets()
+    if len(targets) != 1:
+        raise fault(
+            settings, "camera", f"{len(targets)} cameras", expected="one", do="author rel camera = </Scene/Camera>"
+        )
+    prim = stage.GetPrimAtPath(targets[0].GetPrimPath())
+    if not prim or not prim.IsA(UsdGeom.Camera):
+        raise fault(settings, "camera", f"{targets[0]} is no camera", expected="the path of a Camera prim")
+    return prim
+
+
+def _assumed_size(camera: Usd.Prim | None) -> tuple[int, int]:
+    """The default size, with the shape of the camera's aperture."""
+    width, height = DEFAULT_SIZE
+    if camera is None:
+        return width, height
+    across, down = (number(camera, name, 1.0) for name in ("horizontalAperture", "verticalAperture"))
+    if across > 0.0 and down > 0.0:
+        height = round(min(max(width * down / across, 1), _MAX_SIDE))
+    return width, height
+
+
+def read_camera(prim: Usd.Prim, settings: Usd.Prim | None, width: int, height: int) -> Camera:
+    """The pinhole at ``prim`` for a picture of ``width`` x ``height`` pixels."""
     projection = value(prim, "projection", "word")
     if projection != "perspective":
-        raise fault(prim, "projection", "not supported", expected="perspective", got=str(projection))
-    for name in ("horizontalApertureOffset", "verticalApertureOffset", "fStop"):
-        found = number(prim, name, 0.0)
-        if not same(found, 0.0):
-            raise fault(prim, name, "not supported", expected="0", got=f"{found:g}")
-    if len(vectors(prim, "clippingPlanes", 4)):
-        raise fault(prim, "clippingPlanes", "not supported", expected="none")
+        refuse(
+            fault(
+                prim,
+                "projection",
+                "not supported",
+                expected="perspective",
+                got=str(projection),
+                mends=opinion(prim, "projection", "token", "perspective"),
+            )
+        )
+    for name in ("horizontalApertureOffset", "verticalApertureOffset"):
+        check_plain(prim, name, number(prim, name, 0.0), 0.0, "not supported", mends=opinion(prim, name, "float", 0.0))
+    if not same(number(prim, "fStop", 0.0), 0.0):
+        note("approximated", where(prim, "fStop"), "depth of field is not modelled: everything is in focus")
+    if len(recovered(lambda: vectors(prim, "clippingPlanes", 4), np.zeros((0, 4)))):
+        planes = opinion(prim, "clippingPlanes", "float4[]", [])
+        refuse(fault(prim, "clippingPlanes", "not supported", expected="none", mends=planes))
     horizontal, vertical, focal = (
-        _positive(prim, name) for name in ("horizontalAperture", "verticalAperture", "focalLength")
+        recovered(partial(_positive, prim, name), 1.0)
+        for name in ("horizontalAperture", "verticalAperture", "focalLength")
     )
-    horizontal, vertical = _conform(settings, horizontal, vertical, width / height)
-    near, far = _range(prim)
+    horizontal, vertical = recovered(
+        lambda: _conform(settings, horizontal, vertical, width / height * _pixel_aspect(settings)),
+        (horizontal, vertical),
+    )
+    near, far = recovered(lambda: _range(prim), (_NEAR, _FAR))
+    matrix = recovered(lambda: world_matrix(prim), np.eye(4))
+    rigid, scale = recovered(lambda: _rigid(prim, matrix), (np.eye(4), 1.0))
+    return Camera(
+        path=str(prim.GetPath()),
+        to_world=rigid,
+        tan_x=horizontal / (2 * focal),
+        tan_y=vertical / (2 * focal),
+        near=near * scale,
+        far=far * scale,
+    )
 
-    matrix = world_matrix(prim)
+
+def _rigid(prim: Usd.Prim, matrix: Floats) -> tuple[Floats, float]:
+    """The camera's place without its scale, and the scale."""
     linear = matrix[:3, :3]
     scale = float(np.cbrt(abs(np.linalg.det(linear))))
     even = np.allclose(linear @ linear.T, scale * scale * np.eye(3), rtol=0, atol=ORTHOGONAL * scale * scale)
@@ -76,22 +186,12 @@ def read_camera(stage: Usd.Stage) -> tuple[Camera, int, int]:
             "the camera is mirrored, sheared or scaled unevenly",
             expected="rotation and translation",
         )
-    rigid = matrix
     if np.allclose(linear @ linear.T, np.eye(3), rtol=0, atol=1e-14):
-        scale = 1.0  # a rotation already: keep its bits
-    else:
-        u, _, v = np.linalg.svd(linear)  # the nearest rotation, free of scale and rounding
-        rigid = matrix.copy()
-        rigid[:3, :3] = u @ v
-    camera = Camera(
-        path=str(prim.GetPath()),
-        to_world=rigid,
-        tan_x=horizontal / (2 * focal),
-        tan_y=vertical / (2 * focal),
-        near=near * scale,
-        far=far * scale,
-    )
-    return camera, width, height
+        return matrix, 1.0  # a rotation already: keep its bits
+    u, _, v = np.linalg.svd(linear)  # the nearest rotation, free of scale and rounding
+    rigid = matrix.copy()
+    rigid[:3, :3] = u @ v
+    return rigid, scale
 
 
 def _range(prim: Usd.Prim) -> tuple[float, float]:
@@ -115,33 +215,29 @@ def _size(settings: Usd.Prim) -> tuple[int, int]:
     if not (1 <= width <= _MAX_SIDE and 1 <= height <= _MAX_SIDE):
         got = f"({width:g}, {height:g})"
         raise fault(settings, "resolution", "out of range", expected=f"1 to {_MAX_SIDE}", got=got)
-    ratio = number(settings, "pixelAspectRatio", 1.0)
-    if not same(ratio, 1.0):
-        raise fault(settings, "pixelAspectRatio", "only square pixels are supported", expected="1", got=f"{ratio:g}")
     window = read(settings, "dataWindowNDC", settings.GetAttribute("dataWindowNDC"))
     check_plain(settings, "dataWindowNDC", window, (0.0, 0.0, 1.0, 1.0), "crops are not supported")
     return int(width), int(height)
 
 
-def _camera_prim(stage: Usd.Stage, settings: Usd.Prim) -> Usd.Prim:
-    relationship = settings.GetRelationship("camera")
-    with blamed(settings, "camera"):
-        targets = relationship.GetForwardedTargets() if relationship else []
-    if len(targets) != 1:
-        raise fault(
-            settings, "camera", f"{len(targets)} cameras", expected="one", do="author rel camera = </Scene/Camera>"
-        )
-    prim = stage.GetPrimAtPath(targets[0].GetPrimPath())
-    if not prim or prim.GetTypeName() != "Camera":
-        raise fault(settings, "camera", f"{targets[0]} is no camera", expected="the path of a Camera prim")
-    return prim
+def _pixel_aspect(settings: Usd.Prim | None) -> float:
+    """The width of a pixel over its height."""
+    if settings is None:
+        return 1.0
+    ratio = number(settings, "pixelAspectRatio", 1.0)
+    if not _NARROWEST <= ratio <= 1.0 / _NARROWEST:
+        expected = f"{_NARROWEST:g} to {1.0 / _NARROWEST:g}"
+        raise fault(settings, "pixelAspectRatio", "out of range", expected=expected, got=f"{ratio:g}")
+    return 1.0 if same(ratio, 1.0) else ratio
 
 
-def _conform(settings: Usd.Prim, horizontal: float, vertical: float, aspect: float) -> tuple[float, float]:
+def _conform(settings: Usd.Prim | None, horizontal: float, vertical: float, aspect: float) -> tuple[float, float]:
     """The aperture after the conform policy has given it the picture's aspect ratio (width over height)."""
     if abs(horizontal - vertical * aspect) <= 1e-6 * horizontal:  # apertures are stored in float32
         return vertical * aspect, vertical
-    policy = value(settings, "aspectRatioConformPolicy", "word", "expandAperture")
+    policy = "expandAperture"
+    if settings is not None:
+        policy = value(settings, "aspectRatioConformPolicy", "word", policy)
     wide = horizontal > vertical * aspect
     if (
         policy == "adjustApertureWidth"
@@ -151,11 +247,14 @@ def _conform(settings: Usd.Prim, horizontal: float, vertical: float, aspect: flo
         return vertical * aspect, vertical
     if policy in ("adjustApertureHeight", "expandAperture", "cropAperture"):
         return horizontal, horizontal / aspect
+    if policy == "adjustPixelAspectRatio":
+        return horizontal, vertical  # the pixels take the aperture's shape
+    assert settings is not None  # without settings the policy is the schema's
     raise fault(
         settings,
         "aspectRatioConformPolicy",
         "not supported for an aperture of another shape than the picture",
-        expected="expandAperture, cropAperture, adjustApertureWidth or adjustApertureHeight",
+        expected="expandAperture, cropAperture, adjustApertureWidth, adjustApertureHeight or adjustPixelAspectRatio",
         got=policy,
     )
 

@@ -1,74 +1,174 @@
-"""UsdGeomMesh and UsdGeomSphere to Mesh and Sphere: world space, corner arrays, one winding."""
+"""UsdGeomMesh, the solids and UsdGeomSphere to Mesh and Sphere: world space, corner arrays, one winding."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 from pxr import Usd, UsdGeom
 
+from notabug.scenes_usd.primvar import Places, Values
 from notabug.scenes_usd.reader_faces import sound_faces
-from notabug.scenes_usd.reader_values import (
-    check_reach,
-    fault,
-    integers,
-    number,
-    turns_over,
-    value,
-    vectors,
-    world_matrix,
-)
+from notabug.scenes_usd.reader_solids import solid_faces
+from notabug.scenes_usd.reader_texture import Coordinates
+from notabug.scenes_usd.reader_values import check_reach, fault, integers, number, turns_over, value, vectors
 from notabug.scenes_usd.scene import Floats, Ints, Mesh, Sphere
+from notabug.scenes_usd.schemes import SCHEMES, Scheme
 
 SHORTEST = 1e-30  # length of a normal: its square is still a float64 by far, and no exporter writes such a one
 
-Places = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
 
 
-def read_sphere(prim: Usd.Prim, material: int) -> Sphere:
-    """The analytic sphere at ``prim``."""
+def read_sphere(prim: Usd.Prim, material: int, matrix: Floats, path: str) -> Sphere:
+    """The analytic sphere at ``prim``, placed by ``matrix``."""
     radius = number(prim, "radius", 1.0, low=0.0)
     if radius == 0.0:
         raise fault(prim, "radius", "out of range", expected="above 0", got="0")
-    matrix = world_matrix(prim)
     check_reach(prim, "radius", radius * matrix[:3, :3] + matrix[3, :3])
-    return Sphere(str(prim.GetPath()), radius, material, matrix)
+    return Sphere(path, radius, material, matrix)
 
 
-def read_mesh(prim: Usd.Prim, material: int) -> Mesh | None:
-    """The mesh at ``prim``: its points in world space, every attribute per corner, counter-clockwise from outside.
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """The faces of a prim in its own frame, before anything is placed.
 
-    Corners in one place are one, and faces without an area are left out; None where none is left.
+    Attributes
+    ----------
+    normals : (c, 3), not normalised, and the attribute they come from; None for flat facets.
+    values : texture coordinates (c, 2) by primvar.
+    parent : (f,) the face of the prim's own mesh that each face is part of; None where they are these.
     """
-    scheme = value(prim, "subdivisionScheme", "word")
-    if scheme != "none":
-        raise fault(
-            prim,
-            "subdivisionScheme",
-            "subdivision surfaces are not supported",
-            expected="none",
-            got=str(scheme),
-            do='author uniform token subdivisionScheme = "none"',
-        )
-    if len(integers(prim, "holeIndices")):
-        raise fault(prim, "holeIndices", "holes are not supported", do="leave the faces out")
+
+    prim: Usd.Prim
+    points: Floats
+    counts: Ints
+    corners: Ints
+    normals_name: str
+    normals: Floats | None
+    values: dict[str, Floats]
+    parent: Places | None
+    left_handed: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """The faces of a shape that have one material: ``faces`` (f,) of the prim's own mesh, or None for all of them."""
+
+    path: str
+    material: int
+    coordinates: Coordinates
+    faces: Bools | None = None
+
+    def moved(self, old: str, new: str) -> Part:
+        """The same part of an object that is called ``new`` instead of ``old``."""
+        return self if old == new else replace(self, path=new + self.path[len(old) :])
+
+
+PixelSize = Callable[[Floats], Floats]
+
+
+def read_shape(prim: Usd.Prim, names: Collection[str], pixel: PixelSize) -> Shape:
+    """The mesh or solid at ``prim`` with the texture coordinates ``names``; ``pixel`` is a pixel's local size there."""
+    if not prim.IsA(UsdGeom.Mesh):
+        faces = solid_faces(prim, pixel)
+        counts, corners = faces.counts.astype(np.int32), faces.corners.astype(np.int32)
+        return Shape(prim, faces.points, counts, corners, "normals", faces.normals, {}, None, False)
+    left_handed = value(prim, "orientation", "word", "rightHanded") == "leftHanded"
     points = vectors(prim, "points", 3)
     counts, corners = _topology(prim, len(points))
+    scheme = value(prim, "subdivisionScheme", "word")
+    if scheme in SCHEMES:
+        return _subdivided(prim, scheme, points, counts, corners, names, pixel, left_handed)
+    if scheme != "none":
+        expected = f"none, {', '.join(SCHEMES)}"
+        raise fault(prim, "subdivisionScheme", "unknown scheme", expected=expected, got=str(scheme))
     normals_name, normals = _normals(prim, points, counts, corners)
-    uv = _corner_primvar(prim, "primvars:st", 2, len(points), counts, corners)
-    kept, counts = sound_faces(points, counts, corners, normals, uv)
+    values = {}
+    for name in names:
+        found = _corner_primvar(prim, f"primvars:{name}", 2, len(points), counts, corners)
+        if found is not None:
+            values[name] = found
+    shape = Shape(prim, points, counts, corners, normals_name, normals, values, None, left_handed)
+    holes = _holes(prim, len(counts))
+    return _of_faces(shape, ~np.isin(np.arange(len(counts)), holes)) if len(holes) else shape
+
+
+def _holes(prim: Usd.Prim, faces: int) -> Ints:
+    found = integers(prim, "holeIndices")
+    outside = np.flatnonzero((found < 0) | (found >= faces))
+    if outside.size:
+        got = str(found[outside[0]])
+        raise fault(prim, "holeIndices", f"element {outside[0]} is out of range", expected=f"0 to {faces - 1}", got=got)
+    return found
+
+
+def _of_faces(shape: Shape, chosen: Bools) -> Shape:
+    """``shape`` with only the ``chosen`` faces (f,) and the points that they use."""
+    corner = np.repeat(chosen, shape.counts)
+    used, corners = np.unique(shape.corners[corner], return_inverse=True)
+    parent = np.arange(len(shape.counts)) if shape.parent is None else shape.parent
+    return replace(
+        shape,
+        points=shape.points[used],
+        counts=shape.counts[chosen],
+        corners=corners.astype(np.int32),
+        normals=None if shape.normals is None else shape.normals[corner],
+        values={name: found[corner] for name, found in shape.values.items()},
+        parent=parent[chosen],
+    )
+
+
+def _subdivided(
+    prim: Usd.Prim,
+    scheme: Scheme,
+    points: Floats,
+    counts: Ints,
+    corners: Ints,
+    names: Collection[str],
+    pixel: PixelSize,
+    left_handed: bool,
+) -> Shape:
+    """The limit surface of the mesh at ``prim``. Normals that it has as well say nothing, as the schema has it."""
+    from notabug.scenes_usd.reader_subdivision import control_net, on_limit  # with what it takes to load
+
+    wide, at = counts.astype(np.int64), corners.astype(np.int64)
+    net = control_net(prim, scheme, wide, at, len(points))
+    values = {}
+    for name in names:
+        found = _primvar(prim, f"primvars:{name}", 2, len(points), counts, corners)
+        if found is not None:
+            values[name] = found
+    made = on_limit(prim, scheme, net, points, values, pixel, _holes(prim, len(counts)).astype(np.int64))
+    counts, corners = made.counts.astype(np.int32), made.corners.astype(np.int32)
+    return Shape(prim, made.points, counts, corners, "normals", made.normals, made.values, made.parent, left_handed)
+
+
+def place(shape: Shape, part: Part, matrix: Floats) -> Mesh | None:
+    """One part of ``shape`` in world space, counter-clockwise from outside; None where no face of it has an area.
+
+    Corners in one place are one, and faces without an area are left out.
+    """
+    prim = shape.prim
+    if part.faces is not None:
+        parent = np.arange(len(shape.counts)) if shape.parent is None else shape.parent
+        shape = _of_faces(shape, part.faces[parent])
+    points, counts, corners, normals = shape.points, shape.counts, shape.corners, shape.normals
+    uv = shape.values.get(part.coordinates.name)
+    kept, counts = sound_faces(points, counts, corners, normals, uv) if len(counts) else (np.zeros(0, int), counts)
     if not len(counts):
         return None
     if normals is not None:
-        _check_directions(prim, normals_name, normals, kept)
+        _check_directions(prim, shape.normals_name, normals, kept)
     if len(kept) < len(corners):
         corners = corners[kept]
         normals = None if normals is None else normals[kept]
         uv = None if uv is None else uv[kept]
 
-    matrix = world_matrix(prim)
     linear = matrix[:3, :3]
-    mirrored = turns_over(linear)
-    if mirrored != (value(prim, "orientation", "word", "rightHanded") == "leftHanded"):
+    if turns_over(linear) != shape.left_handed:
         order = _reversed_order(counts)
         corners = corners[order]
         normals = None if normals is None else normals[order]
@@ -80,13 +180,13 @@ def read_mesh(prim: Usd.Prim, material: int) -> Mesh | None:
     placed = np.ascontiguousarray(points @ linear + matrix[3, :3])
     check_reach(prim, "points", placed)
     return Mesh(
-        path=str(prim.GetPath()),
+        path=part.path,
         points=placed,
         counts=counts,
         corners=np.ascontiguousarray(corners),
-        material=material,
+        material=part.material,
         normals=normals,
-        uv=None if uv is None else np.ascontiguousarray(uv),
+        uv=None if uv is None else np.ascontiguousarray(part.coordinates.of(uv)),
         to_world=matrix,
     )
 
@@ -126,15 +226,16 @@ def _normals(prim: Usd.Prim, points: Floats, counts: Ints, corners: Ints) -> tup
     ``primvars:normals`` wins over ``normals``, as USD says.
     """
     name = "primvars:normals"
-    found = _corner_primvar(prim, name, 3, len(points), counts, corners)
-    if found is not None:
-        return name, found
+    first = _corner_primvar(prim, name, 3, len(points), counts, corners)
+    if first is not None:
+        return name, first
     name = "normals"
     values = vectors(prim, name, 3)
     if not len(values):
         return name, None
     interpolation = str(UsdGeom.Mesh(prim).GetNormalsInterpolation())
-    return name, _per_corner(prim, name, values, interpolation, len(points), counts, corners)
+    found = _spread(prim, name, values, interpolation, len(points), counts, corners)
+    return name, found.values[found.at]
 
 
 def _check_directions(prim: Usd.Prim, name: str, normals: Floats, kept: Places) -> None:
@@ -152,29 +253,39 @@ def _check_directions(prim: Usd.Prim, name: str, normals: Floats, kept: Places) 
 
 def _corner_primvar(prim: Usd.Prim, name: str, width: int, points: int, counts: Ints, corners: Ints) -> Floats | None:
     """The primvar ``name`` per corner (c, width), indices resolved, or None where it has no value."""
+    found = _primvar(prim, name, width, points, counts, corners)
+    return None if found is None else found.values[found.at]
+
+
+def _primvar(prim: Usd.Prim, name: str, width: int, points: int, counts: Ints, corners: Ints) -> Values | None:
+    """The primvar ``name`` and which of its values each corner has; None where it has no value."""
     primvar = UsdGeom.Primvar(prim.GetAttribute(name))
     if not primvar or not primvar.HasValue():
         return None
     values = vectors(prim, name, width)
-    if primvar.IsIndexed():
-        indices = integers(prim, f"{name}:indices", primvar.GetIndicesAttr())
-        outside = np.flatnonzero((indices < 0) | (indices >= len(values)))
-        if outside.size:
-            raise fault(
-                prim,
-                f"{name}:indices",
-                f"element {outside[0]} is out of range",
-                expected=f"0 to {len(values) - 1}",
-                got=str(indices[outside[0]]),
-            )
-        values = values[indices]
-    return _per_corner(prim, name, values, str(primvar.GetInterpolation()), points, counts, corners)
+    interpolation = str(primvar.GetInterpolation())
+    if not primvar.IsIndexed():
+        return _spread(prim, name, values, interpolation, points, counts, corners)
+    indices = integers(prim, f"{name}:indices", primvar.GetIndicesAttr())
+    outside = np.flatnonzero((indices < 0) | (indices >= len(values)))
+    if outside.size:
+        raise fault(
+            prim,
+            f"{name}:indices",
+            f"element {outside[0]} is out of range",
+            expected=f"0 to {len(values) - 1}",
+            got=str(indices[outside[0]]),
+        )
+    if interpolation != "faceVarying":
+        return _spread(prim, name, values[indices], interpolation, points, counts, corners)
+    at = _spread(prim, name, indices[:, None].astype(np.float64), interpolation, points, counts, corners).at
+    return Values(values, indices[at].astype(np.int64), interpolation)
 
 
-def _per_corner(
+def _spread(
     prim: Usd.Prim, name: str, values: Floats, interpolation: str, points: int, counts: Ints, corners: Ints
-) -> Floats:
-    """``values`` (n, k) spread over the corners (c, k) by their USD interpolation."""
+) -> Values:
+    """Which of ``values`` (n, k) each corner has, by their USD interpolation."""
     wanted = {"constant": 1, "uniform": len(counts), "varying": points, "vertex": points, "faceVarying": len(corners)}
     if interpolation not in wanted:
         raise fault(prim, name, f"unknown interpolation {interpolation!r}", expected=f"one of {', '.join(wanted)}")
@@ -187,12 +298,14 @@ def _per_corner(
             got=str(len(values)),
         )
     if interpolation == "faceVarying":
-        return values
-    if interpolation == "uniform":
-        return np.repeat(values, counts, axis=0)
-    if interpolation == "constant":
-        return np.repeat(values, len(corners), axis=0)
-    return values[corners]
+        at = np.arange(len(corners))
+    elif interpolation == "uniform":
+        at = np.repeat(np.arange(len(counts)), counts)
+    elif interpolation == "constant":
+        at = np.zeros(len(corners), np.int64)
+    else:
+        at = corners.astype(np.int64)
+    return Values(values, at, interpolation)
 
 
 def _reversed_order(counts: Ints) -> Ints:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pxr import Usd, UsdShade
+import numpy as np
+from pxr import Gf, Usd, UsdGeom, UsdShade
 
-from notabug.scenes_usd.reader_texture import Textures
+from notabug.scenes_usd.opinion import Opinion
+from notabug.scenes_usd.primvar import Places
+from notabug.scenes_usd.reader_texture import Coordinates, Textures
 from notabug.scenes_usd.reader_values import (
     Colour,
     blamed,
@@ -16,9 +19,14 @@ from notabug.scenes_usd.reader_values import (
     check_plain,
     checked,
     fault,
+    integers,
+    opinion,
     read,
+    vectors_of,
+    where,
 )
-from notabug.scenes_usd.scene import Material
+from notabug.scenes_usd.reading import going_on, note, recovered, refuse
+from notabug.scenes_usd.scene import Floats, Material
 
 CONTEXT = "notabug"
 REFLECTION = "notabug:Reflection"
@@ -36,17 +44,20 @@ _REFLECTION_INPUTS = (
     "transmission",
     "ior",
 )
-_PREVIEW_ONLY = (  # input, its schema's fallback, the only value the contract can say
-    ("emissiveColor", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-    ("useSpecularWorkflow", 0, 1),
-    ("specularColor", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-    ("metallic", 0.0, 0.0),
-    ("clearcoat", 0.0, 0.0),
-    ("opacityThreshold", 0.0, 0.0),
-    ("normal", (0.0, 0.0, 1.0), (0.0, 0.0, 1.0)),
-    ("displacement", 0.0, 0.0),
+_PREVIEW_ONLY = (  # input, its type, its schema's fallback, the only value the contract can say, what is not shaded
+    ("emissiveColor", "color3f", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), "emission"),
+    ("useSpecularWorkflow", "int", 0, 1, "the metallic workflow: a dielectric reflection by ior and roughness (GGX)"),
+    ("specularColor", "color3f", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), "specular reflection by roughness (GGX)"),
+    ("metallic", "float", 0.0, 0.0, "metal"),
+    ("clearcoat", "float", 0.0, 0.0, "clearcoat"),
+    ("normal", "normal3f", (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), "a normal map"),
+    ("displacement", "float", 0.0, 0.0, "displacement"),
 )
 _PREVIEW_IDLE = ("roughness", "clearcoatRoughness", "ior", "occlusion", "opacityMode")  # without effect on a Lambertian
+GREY = (0.18, 0.18, 0.18)  # the diffuse colour that UsdPreviewSurface falls back to
+_AS_COLOUR = "no material: its displayColor is drawn as Lambertian"
+_MOST_COLOURS = 64  # of the faces of one mesh: each becomes an object
+_COLOUR_INPUTS = ("diffuseColor", "base_color", "baseColor", "diffuse_color", "basecolor", "diffuseReflectionColor")
 
 
 class Materials:
@@ -54,62 +65,140 @@ class Materials:
 
     def __init__(self, textures: Textures) -> None:
         self.found: list[Material] = []
+        self.coordinates: list[Coordinates] = []  # where each one's texture is looked up
         self._index: dict[str, int] = {}
         self._textures = textures
 
     def bound_to(self, prim: Usd.Prim) -> int:
-        """The index of the material bound to ``prim``; raises SceneError where there is none."""
+        """The index of the material bound to ``prim``; of none that of its display colour, or of the schema's grey."""
         with blamed(prim, "material:binding"):
             material, relationship = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
-        if not material:
-            raise fault(
-                prim,
-                "material:binding",
-                f"bound to {relationship.GetTargets()}" if relationship else "no material is bound",
-                expected="a Material prim",
-                do="apply MaterialBindingAPI and author rel material:binding",
+        if material:
+            return self._once(material)
+        if relationship:
+            refuse(
+                fault(
+                    prim,
+                    "material:binding",
+                    f"bound to {relationship.GetTargets()}",
+                    expected="a Material prim",
+                    do="apply MaterialBindingAPI and author rel material:binding",
+                    mends=opinion(prim, str(relationship.GetName()), "rel", []),
+                )
             )
+        return self._plain(prim)
+
+    def _once(self, material: UsdShade.Material) -> int:
         path = str(material.GetPath())
         if path not in self._index:
-            self._index[path] = len(self.found)
-            self.found.append(self._read(material))
+            self._add(path, recovered(lambda: self._read(material), (Material(path, GREY), Coordinates())))
         return self._index[path]
 
-    def _read(self, material: UsdShade.Material) -> Material:
+    def _add(self, path: str, found: tuple[Material, Coordinates]) -> int:
+        self._index[path] = len(self.found)
+        self.found.append(found[0])
+        self.coordinates.append(found[1])
+        return self._index[path]
+
+    def _plain(self, prim: Usd.Prim) -> int:
+        """The material that a prim's displayColor and displayOpacity say, where they are constant."""
+        colour = recovered(lambda: display(prim, "primvars:displayColor", 3), None)
+        clear = self.display_opacity(prim)
+        if colour is None and clear == 1.0:
+            note("approximated", where(prim, "material:binding"), "no material and no displayColor: grey 0.18 is drawn")
+            return self.grey()
+        name = "primvars:displayColor"
+        said = recovered(lambda: check_colour(prim, name, GREY if colour is None else colour[0]), GREY)
+        if colour is not None:
+            note("approximated", where(prim, "material:binding"), _AS_COLOUR)
+        return self.coloured(str(prim.GetPath()), said, clear)
+
+    def display_opacity(self, prim: Usd.Prim) -> float:
+        """The one displayOpacity of ``prim``; 1 where it has none."""
+        name = "primvars:displayOpacity"
+        found = recovered(lambda: display(prim, name, 1), None)
+        if found is None:
+            return 1.0
+        return recovered(lambda: check_number(prim, name, float(found[0, 0]), low=0.0, high=1.0), 1.0)
+
+    def face_colours(self, prim: Usd.Prim) -> tuple[Floats, Places] | None:
+        """The colours (k, 3) of a mesh without material, and which each face has; None unless each face says one."""
+        primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("displayColor")
+        if not primvar or str(primvar.GetInterpolation()) != "uniform" or not primvar.HasValue():
+            return None
+        material, relationship = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
+        if material or relationship or primvar.IsIndexed():
+            return None
+        name = "primvars:displayColor"
+        values = vectors_of(prim, name, primvar.GetAttr(), 3)
+        if len(values) != len(integers(prim, "faceVertexCounts")):
+            return None
+        colours, which = np.unique(values, axis=0, return_inverse=True)
+        if len(colours) < 2 or len(colours) > _MOST_COLOURS:
+            return None
+        for colour in colours.tolist():
+            check_colour(prim, name, colour)
+        note("approximated", where(prim, "material:binding"), _AS_COLOUR)
+        return colours, which.reshape(-1)
+
+    def grey(self) -> int:
+        """The schema's fall-back material."""
+        return self.coloured("", GREY, 1.0)
+
+    def coloured(self, path: str, colour: Colour, opacity: float) -> int:
+        """A Lambertian of the prim at ``path``'s own."""
+        name = f"{path or '/Grey'}/displayColor"
+        if name not in self._index:
+            self._add(name, (Material(name, colour, opacity=opacity), Coordinates()))
+        return self._index[name]
+
+    def _read(self, material: UsdShade.Material) -> tuple[Material, Coordinates]:
         own = material.GetSurfaceOutput(CONTEXT)
         if own and own.GetConnectedSources()[0]:
             return self._reflection(material, _surface(material, own, REFLECTION))
-        universal = material.GetSurfaceOutput()
-        if not universal or not universal.GetConnectedSources()[0]:
-            raise fault(
-                material.GetPrim(), "outputs:surface", "not connected", expected=f"a {PREVIEW} or {REFLECTION} shader"
-            )
-        return self._preview(material, _surface(material, universal, PREVIEW))
+        displaced = material.GetDisplacementOutput()
+        if displaced and displaced.GetConnectedSources()[0]:
+            note("not read", where(material.GetPrim(), "outputs:displacement"), "displacement")
+        return self._preview(material, _preview_surface(material))
 
-    def _preview(self, material: UsdShade.Material, shader: UsdShade.Shader) -> Material:
-        known = {"diffuseColor", "opacity", *_PREVIEW_IDLE, *(name for name, _, _ in _PREVIEW_ONLY)}
-        inputs = Inputs(shader, known)
-        for name, fallback, only in _PREVIEW_ONLY:
-            check_plain(
-                inputs.prim,
-                f"inputs:{name}",
-                inputs.constant(name, fallback),
-                only,
-                "the contract cannot say this",
-                do=f"bind a {REFLECTION} shader on outputs:{CONTEXT}:surface for highlights, mirrors and glass",
-            )
-        texture, diffuse = self._diffuse(inputs)
-        opacity = check_number(inputs.prim, "inputs:opacity", inputs.constant("opacity", 1.0), low=0.0, high=1.0)
-        return Material(str(material.GetPath()), diffuse, texture, opacity=opacity)
+    def _preview(self, material: UsdShade.Material, shader: UsdShade.Shader) -> tuple[Material, Coordinates]:
+        known = {"diffuseColor", "opacity", "opacityThreshold", *_PREVIEW_IDLE, *(row[0] for row in _PREVIEW_ONLY)}
+        inputs = Inputs(shader, known, lenient=True)
+        for name, kind, fallback, only, what in _PREVIEW_ONLY:
+            mends = opinion(inputs.prim, f"inputs:{name}", kind, only)
+            with going_on():
+                check_plain(
+                    inputs.prim,
+                    f"inputs:{name}",
+                    inputs.constant(name, fallback, mends),
+                    only,
+                    f"not shaded, the contract cannot say it: {what}",
+                    do="notabug adapt draws the diffuse colour alone",
+                    mends=mends,
+                )
+        texture, diffuse, coordinates = self._diffuse(inputs)
+        solid = opinion(inputs.prim, "inputs:opacity", "float", 1.0)
+        opacity = recovered(
+            lambda: check_number(
+                inputs.prim, "inputs:opacity", inputs.constant("opacity", 1.0, solid), low=0.0, high=1.0
+            ),
+            1.0,
+        )
+        threshold = recovered(
+            lambda: check_number(inputs.prim, "inputs:opacityThreshold", inputs.constant("opacityThreshold", 0.0)), 0.0
+        )
+        if threshold > 0.0:  # a mask: what is below it is cut, the rest is opaque
+            opacity = 1.0 if opacity >= threshold else 0.0
+        return Material(str(material.GetPath()), diffuse, texture, opacity=opacity), coordinates
 
-    def _reflection(self, material: UsdShade.Material, shader: UsdShade.Shader) -> Material:
+    def _reflection(self, material: UsdShade.Material, shader: UsdShade.Shader) -> tuple[Material, Coordinates]:
         inputs = Inputs(shader, set(_REFLECTION_INPUTS))
-        texture, diffuse = self._diffuse(inputs)
+        texture, diffuse, coordinates = self._diffuse(inputs)
         lobe = checked(inputs.prim, "inputs:lobe", inputs.constant("lobe", "phong"), "word")
         if lobe not in ("phong", "blinn"):
-            raise fault(inputs.prim, "inputs:lobe", "unknown lobe", expected="phong or blinn", got=lobe)
+            refuse(fault(inputs.prim, "inputs:lobe", "unknown lobe", expected="phong or blinn", got=lobe))
         weighted = checked(inputs.prim, "inputs:cosineWeighted", inputs.constant("cosineWeighted", False), "flag")
-        return Material(
+        made = Material(
             str(material.GetPath()),
             diffuse,
             texture,
@@ -121,21 +210,101 @@ class Materials:
             transmission=inputs.colour("transmission"),
             ior=inputs.number("ior", low=1e-3),
         )
+        return made, coordinates
 
-    def _diffuse(self, inputs: Inputs) -> tuple[int, Colour]:
-        """(texture index, or -1 and the constant colour)."""
-        fallback = (0.18, 0.18, 0.18)
+    def _diffuse(self, inputs: Inputs) -> tuple[int, Colour, Coordinates]:
+        """(texture index, or -1 and the constant colour), and where the texture is looked up."""
+        return recovered(lambda: self._painted(inputs), (-1, GREY, Coordinates()))
+
+    def _painted(self, inputs: Inputs) -> tuple[int, Colour, Coordinates]:
+        name = "inputs:diffuseColor"
         source = inputs.source("diffuseColor")
         if source is not None and UsdShade.Utils.GetType(source.GetName()) == UsdShade.AttributeType.Output:
-            return self._textures.index(inputs.prim, "inputs:diffuseColor", source), (1.0, 1.0, 1.0)
-        found = inputs.constant("diffuseColor", fallback)
-        return -1, check_colour(inputs.prim, "inputs:diffuseColor", found)
+            index, coordinates = self._textures.lookup(inputs.prim, name, source)
+            return index, (1.0, 1.0, 1.0), coordinates
+        return -1, check_colour(inputs.prim, name, inputs.constant("diffuseColor", GREY)), Coordinates()
+
+
+def display(prim: Usd.Prim, name: str, width: int) -> Floats | None:
+    """The one value (1, ``width``) of a display primvar, its own or inherited, or None where there is none.
+
+    Raises SceneError where it varies over the surface.
+    """
+    primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name.removeprefix("primvars:"))
+    if not primvar or not primvar.HasValue():
+        return None
+    values = vectors_of(prim, name, primvar.GetAttr(), width)
+    if not len(values):
+        return None
+    if np.ptp(values, axis=0).max() > 0.0:
+        mean = values.mean(axis=0)
+        kind = "color3f[]" if width == 3 else "float[]"
+        mends = opinion(prim, name, kind, [tuple(mean.tolist()) if width == 3 else float(mean[0])], "one for all")
+        raise fault(
+            prim,
+            name,
+            "varies over the surface, which no material of the contract does",
+            expected="one value",
+            got=f"{len(values)} values",
+            mends=mends,
+        )
+    return values[:1]
+
+
+def _preview_surface(material: UsdShade.Material) -> UsdShade.Shader:
+    """The preview surface of ``material``, on the universal output or on another one's."""
+    outputs = [each for each in material.GetSurfaceOutputs() if each.GetConnectedSources()[0]]
+    universal = str(UsdShade.Tokens.surface)
+    outputs.sort(key=lambda each: each.GetBaseName() != universal or ":" in str(each.GetBaseName()))
+    if not outputs:
+        raise fault(
+            material.GetPrim(),
+            "outputs:surface",
+            "not connected",
+            expected=f"a {PREVIEW} or {REFLECTION} shader",
+            mends=_painted(material, None),
+        )
+    found = {str(each.GetFullName()): _shader(each) for each in outputs}
+    ids = {name: str(shader.GetShaderId()) if shader else "no shader" for name, shader in found.items()}
+    for name, shader in found.items():
+        if shader and ids[name] == PREVIEW:
+            others = [f"{ids[other]} on {other}" for other in found if other != name]
+            if others:
+                what = f"its {PREVIEW} on {name} is drawn, not {', '.join(others)}"
+                note("approximated", where(material.GetPrim()), what)
+            return shader
+    name = next(iter(found))
+    raise fault(
+        material.GetPrim(),
+        name,
+        "unsupported shader",
+        expected=PREVIEW,
+        got=", ".join(ids.values()),
+        mends=_painted(material, found[name]),
+    )
+
+
+def _painted(material: UsdShade.Material, shader: UsdShade.Shader | None) -> tuple[Opinion, ...]:
+    """The opinion that ``material`` is a Lambertian of the base colour that ``shader`` has as a constant, or grey."""
+    colour = GREY
+    for name in _COLOUR_INPUTS if shader else ():
+        given = shader.GetInput(name) if shader else None
+        found = given.Get() if given else None
+        if isinstance(found, Gf.Vec3f):
+            r, g, b = (min(max(float(part), 0.0), 1.0) for part in found)
+            colour = r, g, b
+            break
+    return opinion(material.GetPrim(), "outputs:surface", "preview", colour, "a Lambertian in its place")
+
+
+def _shader(output: UsdShade.Output) -> UsdShade.Shader:
+    sources = UsdShade.Utils.GetValueProducingAttributes(output)
+    return UsdShade.Shader(sources[0].GetPrim()) if sources else UsdShade.Shader()
 
 
 def _surface(material: UsdShade.Material, output: UsdShade.Output, expected: str) -> UsdShade.Shader:
     """The shader behind a surface output, checked to be an ``expected`` one."""
-    sources = UsdShade.Utils.GetValueProducingAttributes(output)
-    shader = UsdShade.Shader(sources[0].GetPrim()) if sources else UsdShade.Shader()
+    shader = _shader(output)
     if not shader or str(shader.GetShaderId()) != expected:
         got = str(shader.GetShaderId()) if shader else "no shader"
         raise fault(material.GetPrim(), str(output.GetFullName()), "unsupported shader", expected=expected, got=got)
@@ -143,15 +312,23 @@ def _surface(material: UsdShade.Material, output: UsdShade.Output, expected: str
 
 
 class Inputs:
-    """The inputs of a shader that are authored, by name; raises SceneError for one that is not ``known``."""
+    """The inputs of a shader that are authored, by name.
 
-    def __init__(self, shader: UsdShade.Shader, known: set[str]) -> None:
+    One that is not ``known`` is refused, or with ``lenient`` left out and noted: exporters write inputs of their own on
+    a UsdPreviewSurface, and no renderer looks at them.
+    """
+
+    def __init__(self, shader: UsdShade.Shader, known: set[str], *, lenient: bool = False) -> None:
         self.prim = shader.GetPrim()
         self._authored = {str(each.GetBaseName()): each for each in shader.GetInputs()}
         for name in self._authored:
-            if name not in known:
-                expected = f"one of {', '.join(sorted(known))}"
-                raise fault(self.prim, f"inputs:{name}", "unknown input", expected=expected)
+            if name in known:
+                continue
+            if lenient:
+                note("not read", where(self.prim, f"inputs:{name}"), f"an input that {PREVIEW} does not have")
+                continue
+            expected = f"one of {', '.join(sorted(known))}"
+            refuse(fault(self.prim, f"inputs:{name}", "unknown input", expected=expected))
 
     def source(self, name: str) -> Any:
         """The attribute that gives the input its value, through connections and interfaces; None where nothing does."""
@@ -161,7 +338,7 @@ class Inputs:
             raise fault(self.prim, f"inputs:{name}", f"{len(sources)} connections", expected="one")
         return sources[0] if sources else None
 
-    def constant(self, name: str, fallback: Any) -> Any:
+    def constant(self, name: str, fallback: Any, mends: tuple[Opinion, ...] = ()) -> Any:
         """The value of an input that must not be connected to a shader."""
         source = self.source(name)
         if source is None:
@@ -175,12 +352,18 @@ class Inputs:
                 "only diffuseColor may be textured",
                 got=str(source.GetPath()),
                 do="use a constant",
+                mends=mends,
             )
         found = read(self.prim, f"inputs:{name}", source)
         return fallback if found is None else found
 
     def number(self, name: str, *, low: float, high: float = math.inf) -> float:
-        return check_number(self.prim, f"inputs:{name}", self.constant(name, 1.0), low=low, high=high)
+        return recovered(
+            lambda: check_number(self.prim, f"inputs:{name}", self.constant(name, 1.0), low=low, high=high), 1.0
+        )
 
     def colour(self, name: str, *, high: float = 1.0) -> Colour:
-        return check_colour(self.prim, f"inputs:{name}", self.constant(name, (0.0, 0.0, 0.0)), high=high)
+        black = (0.0, 0.0, 0.0)
+        return recovered(
+            lambda: check_colour(self.prim, f"inputs:{name}", self.constant(name, black), high=high), black
+        )

@@ -2,106 +2,166 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pxr import Tf, Usd, UsdGeom, UsdLux
 
-from notabug.scenes_usd.card import read_card
+from notabug.scenes_usd.card import OWN_CARD, read_card
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.fence import check_opened, layers_of
-from notabug.scenes_usd.reader_camera import read_camera
-from notabug.scenes_usd.reader_geometry import read_mesh, read_sphere
-from notabug.scenes_usd.reader_light import read_distant, read_point
-from notabug.scenes_usd.reader_shading import Materials
-from notabug.scenes_usd.reader_texture import Textures
-from notabug.scenes_usd.reader_values import fault, value
-from notabug.scenes_usd.scene import Light, Mesh, Object, Scene
+from notabug.scenes_usd.framing import camera_for
+from notabug.scenes_usd.reader_camera import Picture, read_picture
+from notabug.scenes_usd.reader_light import check_size, read_distant, read_point
+from notabug.scenes_usd.reader_objects import Drawing
+from notabug.scenes_usd.reader_pixel import PixelGrid
+from notabug.scenes_usd.reader_prims import LIGHTS, not_read, visible
+from notabug.scenes_usd.reader_values import fault, opinion, where
+from notabug.scenes_usd.reading import Remark, View, going_on, note, reading, recovered, refuse, remarks
+from notabug.scenes_usd.scene import Light, Mesh, Scene
 from notabug.scenes_usd.untrusted import is_trusted
 
-_DRAWN_AS_NOTHING = ("", "Xform", "Scope", "Camera")  # and whatever is registered but not imageable
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Survey:
+    """All that one look at a stage tells: the ``scene``, or None where it is refused, and the ``remarks``."""
+
+    scene: Scene | None
+    remarks: tuple[Remark, ...]
 
 
-def read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
-    """The scene in ``path`` under the choice ``variants``; sets left out keep the file's own selection."""
+def read_stage(path: Path, scene_id: str, variants: Mapping[str, str], view: View | None = None) -> Scene:
+    """The scene in ``path`` under the choice ``variants``; sets left out keep the file's own selection.
+
+    Raises SceneError, or ManyFaultsError with all of them, for what is out of the contract.
+    """
+    with reading(view) as found:
+        scene = _guarded(path, scene_id, variants)
+    found.end()
+    assert scene is not None  # or there had been an error
+    return scene
+
+
+def survey_stage(path: Path, scene_id: str, variants: Mapping[str, str], view: View | None = None) -> Survey:
+    """What is read of the scene in ``path``, approximated, and out of the contract; a fault is no exception here."""
+    with reading(view) as found:
+        scene = _guarded(path, scene_id, variants)
+    return Survey(None if found.errors else scene, tuple(found.remarks.values()))
+
+
+def _guarded(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene | None:
+    """The scene, or None with its faults noted in the reading in hand."""
     try:
         return _read_stage(path, scene_id, variants)
+    except SceneError as error:
+        refuse(error)
     except Tf.ErrorException as error:
-        raise SceneError("OpenUSD refuses it", where=str(path), got=" ".join(str(error).split())) from error
+        refuse(SceneError("OpenUSD refuses it", where=str(path), got=" ".join(str(error).split())))
     except (TypeError, ValueError, OverflowError) as error:  # a float where the schema has an array, and the like
-        raise SceneError(
-            "a value is not of its schema's type", where=str(path), got=str(error), do="try usdchecker"
-        ) from error
+        what = "a value is not of its schema's type"
+        refuse(SceneError(what, where=str(path), got=str(error), do="try usdchecker"))
+    return None
 
 
 def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
     layers = [] if is_trusted(path) else list(layers_of(path))
-    stage = _open(path)
+    stage = open_stage(path)
     del layers  # kept until now, so that each is parsed once
     root = stage.GetDefaultPrim()
     if not root:
-        raise SceneError("the stage has no default prim", where="/.defaultPrim", got=str(path), do="author defaultPrim")
-    chosen = _choose(stage, root, variants)
+        note("approximated", "/", "no default prim: the whole stage is drawn, and has no variants")
+        root = stage.GetPseudoRoot()
+    chosen = choose(stage, root, variants)
     if not is_trusted(path):
         check_opened(stage, path)
     for error in stage.GetCompositionErrors():
-        raise SceneError("the stage does not compose", where=str(error.rootSite.path), got=" ".join(str(error).split()))
-    card = read_card(root.GetCustomData(), str(root.GetPath()))
-    camera, width, height = read_camera(stage)
-
-    textures = Textures(None if is_trusted(path) else path.parent)
-    materials = Materials(textures)
-    mesh = partial(_mesh, materials, textures)
-    objects: list[Object] = []
-    lights: list[Light] = []
-    for prim in _visible(stage):
-        if prim.IsA(UsdGeom.Mesh):
-            found = mesh(prim)
-            objects += [found] if found is not None else []
-        elif prim.IsA(UsdGeom.Sphere):
-            objects.append(read_sphere(prim, materials.bound_to(prim)))
-        elif prim.IsA(UsdLux.SphereLight):
-            lights.append(read_point(prim))
-        elif prim.IsA(UsdLux.DistantLight):
-            lights.append(read_distant(prim))
-        elif _draws_something(prim):
-            raise fault(
-                prim,
-                "",
-                f"unsupported schema {prim.GetTypeName()}",
-                expected="Mesh, Sphere, SphereLight, DistantLight, Camera, Xform or Scope",
-                do="convert it, or make it invisible",
-            )
-    if not objects:
-        raise SceneError("nothing to draw: no visible Mesh or Sphere", where=str(root.GetPath()))
+        got = " ".join(str(error).split())
+        refuse(SceneError("the stage does not compose", where=str(error.rootSite.path), got=got))
+    card = recovered(lambda: read_card(root.GetCustomData(), str(root.GetPath())), OWN_CARD)
+    picture = recovered(lambda: read_picture(stage), Picture(None, 1, 1))
+    grid = PixelGrid(picture.camera, picture.width, picture.height)
+    drawing = Drawing(stage, None if is_trusted(path) else path.parent, grid)
+    lights: list[tuple[Usd.Prim, Light]] = []
+    for prim in visible(stage.GetPseudoRoot()):
+        if drawing.draws(prim):
+            with going_on():
+                drawing.add(prim)
+        elif prim.IsA(UsdLux.SphereLight) or prim.IsA(UsdLux.DistantLight):
+            read = read_point if prim.IsA(UsdLux.SphereLight) else read_distant
+            with going_on():
+                lights.append((prim, read(prim)))
+        else:
+            with going_on():
+                _pass_over(prim)
+    objects = drawing.objects
+    if not objects and not drawing.failed:
+        refuse(SceneError("nothing to draw: no visible Mesh or solid", where=str(root.GetPath())))
     if not lights:
-        raise SceneError("no visible light: every picture would be black", where=str(root.GetPath()))
-    intent = _intent(stage, root, card.intent, objects, mesh)
+        do = "notabug adapt SCENE --out own.usda puts one beside the camera"
+        refuse(SceneError("no visible light: every picture would be black", where=str(root.GetPath()), do=do))
+    camera = picture.camera
+    if camera is None and objects:
+        camera = camera_for(objects, picture.width, picture.height, up=str(UsdGeom.GetStageUpAxis(stage)))
+        grid = replace(grid, camera=camera)
+    for prim, light in lights:
+        with going_on():
+            check_size(prim, light, objects, grid)
+    intent = recovered(lambda: _intent(stage, root, card.intent, drawing), None)
+    if camera is None:
+        raise SceneError("no camera, and nothing to see", where=str(root.GetPath()))
     return Scene(
         id=scene_id,
         path=path,
         variants=chosen,
         card=card,
         camera=camera,
-        width=width,
-        height=height,
+        width=picture.width,
+        height=picture.height,
         objects=tuple(objects),
-        lights=tuple(lights),
-        materials=tuple(materials.found),
-        textures=tuple(textures.found),
+        lights=tuple(light for _, light in lights),
+        materials=tuple(drawing.materials.found),
+        textures=tuple(drawing.textures.found),
         intent=intent,
+        notes=_lacks(),
     )
+
+
+def _lacks() -> tuple[str, ...]:
+    """One line about what of the stage was not read, for whoever wonders at a verdict."""
+    lacking = [remark for remark in remarks() if remark.kind == "not read" and ".inputs:" not in remark.where]
+    if not lacking:
+        return ()
+    more = f" and {len(lacking) - 1} more (notabug check lists them)" if len(lacking) > 1 else ""
+    return (f"not read of the scene: {lacking[0].where}, {lacking[0].what}{more}",)
+
+
+def _pass_over(prim: Usd.Prim) -> None:
+    """Note what is not read, and refuse a light of a kind that is none."""
+    if prim.HasAPI(UsdLux.LightAPI):
+        raise fault(
+            prim,
+            "",
+            f"unsupported schema {prim.GetTypeName()}",
+            expected=f"{' or '.join(LIGHTS)}",
+            do="make it invisible",
+            mends=opinion(prim, "visibility", "token", "invisible"),
+        )
+    what = not_read(prim)
+    if what:
+        note("not read", where(prim), what)
 
 
 def flattened(path: Path, variants: Mapping[str, str]) -> str:
     """The stage as one layer's text, with ``variants`` chosen and every reference resolved; assets by absolute path."""
-    stage = _open(path)
-    _choose(stage, stage.GetDefaultPrim(), variants)
+    stage = open_stage(path)
+    root = stage.GetDefaultPrim()
+    if root:
+        choose(stage, root, variants)
     return str(stage.Flatten(False).ExportToString())
 
 
-def _open(path: Path) -> Usd.Stage:
+def open_stage(path: Path) -> Usd.Stage:
     """The stage, with a session layer of its own: the file is never written to."""
     try:
         return Usd.Stage.Open(str(path))
@@ -110,7 +170,7 @@ def _open(path: Path) -> Usd.Stage:
         raise SceneError("cannot be opened as a USD stage", where=str(path), got=reason, do="try usdchecker") from error
 
 
-def _choose(stage: Usd.Stage, root: Usd.Prim, variants: Mapping[str, str]) -> dict[str, str]:
+def choose(stage: Usd.Stage, root: Usd.Prim, variants: Mapping[str, str]) -> dict[str, str]:
     """Select ``variants`` on ``root``; the full selection, defaults included. A choice may bring further sets."""
     stage.SetEditTarget(Usd.EditTarget(stage.GetSessionLayer()))
     sets = root.GetVariantSets()
@@ -136,75 +196,37 @@ def _choose(stage: Usd.Stage, root: Usd.Prim, variants: Mapping[str, str]) -> di
     for name, selection in chosen.items():
         if selection not in sets.GetVariantSet(name).GetVariantNames():
             known = ", ".join(sets.GetVariantSet(name).GetVariantNames())
-            raise SceneError(
-                f"the variant set {name!r} has no default",
-                where=f"{root.GetPath()}.variants",
-                expected=f"one of {known}",
-                got=repr(selection),
-                do="author a selection in the file",
+            refuse(
+                SceneError(
+                    f"the variant set {name!r} has no default",
+                    where=f"{root.GetPath()}.variants",
+                    expected=f"one of {known}",
+                    got=repr(selection),
+                    do="author a selection in the file",
+                )
             )
     return chosen
 
 
-def _visible(stage: Usd.Stage) -> Iterator[Usd.Prim]:
-    """Active prims in stage order, inside instances too; without invisible subtrees, guides and proxies."""
-    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()))
-    for prim in prims:
-        imageable = UsdGeom.Imageable(prim)
-        if imageable:
-            if value(prim, "visibility", "word") == UsdGeom.Tokens.invisible:
-                prims.PruneChildren()
-                continue
-            if imageable.ComputePurpose() in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy):
-                continue
-        yield prim
-
-
-def _draws_something(prim: Usd.Prim) -> bool:
-    """Whether a renderer could draw or light with ``prim``, which is no supported type."""
-    if prim.GetTypeName() in _DRAWN_AS_NOTHING:
-        return False
-    registered = bool(Usd.SchemaRegistry.GetTypeFromName(str(prim.GetTypeName())))
-    return not registered or prim.IsA(UsdGeom.Imageable) or prim.IsA(UsdGeom.Subset) or prim.HasAPI(UsdLux.LightAPI)
-
-
-def _mesh(materials: Materials, textures: Textures, prim: Usd.Prim) -> Mesh | None:
-    """The mesh at ``prim``, or None where no face of it has an area."""
-    mesh = read_mesh(prim, materials.bound_to(prim))
-    if mesh is None:
-        return None
-    texture = materials.found[mesh.material].texture
-    if texture >= 0 and mesh.uv is None:
-        raise fault(
-            prim,
-            "primvars:st",
-            f"no texture coordinates for {textures.found[texture].path.name}",
-            expected="texCoord2f[]",
-        )
-    return mesh
-
-
-def _intent(
-    stage: Usd.Stage, root: Usd.Prim, path: str, objects: list[Object], mesh: Callable[[Usd.Prim], Mesh | None]
-) -> Mesh | None:
-    """The guide mesh that the card names, as ``mesh`` reads it, or None."""
+def _intent(stage: Usd.Stage, root: Usd.Prim, path: str, drawing: Drawing) -> Mesh | None:
+    """The guide mesh that the card names, or None."""
     if not path:
         return None
-    where = f"{root.GetPath()}.customData:notabug:intent"
+    where_ = f"{root.GetPath()}.customData:notabug:intent"
     prim = stage.GetPrimAtPath(path) if Tf.IsValidIdentifier(path.split("/")[-1]) and path.startswith("/") else None
     if not prim or not prim.IsA(UsdGeom.Mesh):
-        raise SceneError("the intent is no mesh", where=where, expected="the path of a Mesh", got=repr(path))
+        raise SceneError("the intent is no mesh", where=where_, expected="the path of a Mesh", got=repr(path))
     if UsdGeom.Imageable(prim).ComputePurpose() != UsdGeom.Tokens.guide:
-        raise SceneError("the intent is drawn itself", where=where, got=path, do='give it purpose = "guide"')
+        raise SceneError("the intent is drawn itself", where=where_, got=path, do='give it purpose = "guide"')
     parent = f"{prim.GetPath().GetParentPath()}/"
-    if parent == "//" or not any(each.path.startswith(parent) for each in objects):
+    if parent == "//" or not any(each.path.startswith(parent) for each in drawing.objects):
         raise SceneError(
             "the intent stands for nothing",
-            where=where,
+            where=where_,
             expected="drawn prims beside it under a common parent",
             got=path,
         )
-    found = mesh(prim)
+    found = drawing.mesh(prim)
     if found is None:
-        raise SceneError("no face of the intent has an area", where=where, expected="a mesh to be seen", got=path)
+        raise SceneError("no face of the intent has an area", where=where_, expected="a mesh to be seen", got=path)
     return found

@@ -1,8 +1,14 @@
-"""UsdUVTexture to Texture: the file is found beside its layer, read once and decoded to linear."""
+"""UsdUVTexture to Texture: the file is found beside its layer, read once and decoded to linear.
+
+What the texture model of the tracer lacks is said with what it has: scale and bias are in the texels, a mirrored
+texture is one twice as large that repeats, one with a black border is one with a row of texels more that is clamped.
+"""
 
 from __future__ import annotations
 
+import math
 import tempfile
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,14 +18,54 @@ from pxr import Ar, Usd, UsdShade
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.fence import check_inside, outermost
 from notabug.scenes_usd.picture import Picture, PictureError, read_picture
-from notabug.scenes_usd.reader_values import ROUNDED, check_plain, checked, fault, read
+from notabug.scenes_usd.reader_values import ROUNDED, check_number, checked, fault, read, where
+from notabug.scenes_usd.reading import note
 from notabug.scenes_usd.scene import Floats, Texture
 from notabug.scenes_usd.srgb import decode_srgb
 
 _INPUTS = {"file", "st", "wrapS", "wrapT", "sourceColorSpace", "scale", "bias", "fallback"}
-_IDENTITY = {"scale": (1.0, 1.0, 1.0, 1.0), "bias": (0.0, 0.0, 0.0, 0.0)}
+_TRANSFORM_INPUTS = {"in", "rotation", "scale", "translation"}
+_WRAPS = ("repeat", "clamp", "mirror", "black", "useMetadata")
+_UDIM = "<UDIM>"
 
-Wrap = Literal["repeat", "clamp"]
+Wrap = Literal["repeat", "clamp", "mirror", "black"]
+Four = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coordinates:
+    """Where a texture is looked up: uv = (primvar ``name``) @ ``matrix`` (2, 2) + ``offset`` (2,)."""
+
+    name: str = "st"
+    matrix: Floats = field(default_factory=lambda: np.eye(2))
+    offset: Floats = field(default_factory=lambda: np.zeros(2))
+
+    def then(self, matrix: Floats, offset: Floats) -> Coordinates:
+        return Coordinates(self.name, self.matrix @ matrix, self.offset @ matrix + offset)
+
+    def of(self, uv: Floats) -> Floats:
+        """The coordinates (n, 2) of the primvar's values ``uv`` (n, 2), which are left alone where nothing moves."""
+        if np.array_equal(self.matrix, np.eye(2)) and not self.offset.any():
+            return uv
+        return np.asarray(uv @ self.matrix + self.offset)
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """How a file is read; the same file read in the same way is one texture."""
+
+    name: str
+    wrap_s: Wrap
+    wrap_t: Wrap
+    space: str
+    scale: Four = (1.0, 1.0, 1.0, 1.0)
+    bias: Four = (0.0, 0.0, 0.0, 0.0)
+
+    @property
+    def is_plain(self) -> bool:
+        return (
+            self.scale == (1.0,) * 4 and self.bias == (0.0,) * 4 and {self.wrap_s, self.wrap_t} <= {"repeat", "clamp"}
+        )
 
 
 class Textures:
@@ -31,10 +77,13 @@ class Textures:
     def __init__(self, root: Path | None = None) -> None:
         self.root = root
         self.found: list[Texture] = []
-        self._index: dict[tuple[str, str, str, str], int] = {}
+        self._index: dict[_Look, tuple[int, Floats, Floats]] = {}
 
-    def index(self, user: Usd.Prim, attribute: str, output: Usd.Attribute) -> int:
-        """The index of the texture whose ``output`` attribute feeds ``attribute`` of the shader ``user``."""
+    def lookup(self, user: Usd.Prim, attribute: str, output: Usd.Attribute) -> tuple[int, Coordinates]:
+        """The index of the texture whose ``output`` feeds ``attribute`` of the shader ``user``, and where it is read.
+
+        Raises SceneError where it cannot be read; where its file is missing but a fallback authored, that is drawn.
+        """
         shader = UsdShade.Shader(output.GetPrim())
         if str(shader.GetShaderId()) != "UsdUVTexture" or output.GetName() != "outputs:rgb":
             raise fault(
@@ -45,33 +94,81 @@ class Textures:
                 got=str(output.GetPath()),
             )
         prim = shader.GetPrim()
-        for each in shader.GetInputs():
-            if each.GetBaseName() not in _INPUTS:
-                raise fault(prim, str(each.GetFullName()), "unknown input", expected=", ".join(sorted(_INPUTS)))
-        for name, identity in _IDENTITY.items():
-            check_plain(prim, f"inputs:{name}", _get(shader, name), identity, "not supported")
-        _check_coordinates(shader)
+        _check_inputs(shader, _INPUTS)
+        coordinates = _coordinates(shader)
         wrap_s, wrap_t = _wrap(shader, "wrapS"), _wrap(shader, "wrapT")
         space = checked(prim, "inputs:sourceColorSpace", _get(shader, "sourceColorSpace"), "word", "auto")
         if space not in ("raw", "sRGB", "auto"):
             raise fault(
                 prim, "inputs:sourceColorSpace", "unknown colour space", expected="raw, sRGB or auto", got=space
             )
+        scale, bias = _four(shader, "scale", (1.0,) * 4), _four(shader, "bias", (0.0,) * 4)
+        name = self._file(shader)
+        look = _Look(name, wrap_s, wrap_t, space, scale, bias)
+        if look not in self._index:
+            texture, matrix, offset = _load(shader, look)
+            self._index[look] = len(self.found), matrix, offset
+            self.found.append(texture)
+        index, matrix, offset = self._index[look]
+        return index, coordinates.then(matrix, offset)
+
+    def _file(self, shader: UsdShade.Shader) -> str:
+        """The resolved name of the texture's file; "" where it is missing and there is a fallback in its stead."""
+        prim = shader.GetPrim()
         asset = checked(prim, "inputs:file", _get(shader, "file"), "asset")
+        got = f"@{asset.path}@" if asset is not None else "no path"
+        if asset is not None and _UDIM in asset.path:
+            raise fault(prim, "inputs:file", "tiled textures (UDIM) are not supported", expected="one picture", got=got)
         name = asset.resolvedPath if asset is not None else ""
         if not name:
-            got = f"@{asset.path}@" if asset is not None else "no path"
+            if _get(shader, "fallback") is not None:
+                note("approximated", where(prim, "inputs:file"), f"no such texture file: its fallback is drawn ({got})")
+                return ""
             raise fault(prim, "inputs:file", "no such texture file", got=got, do="paths are relative to their layer")
         if self.root is not None:
-            check_inside(Path(outermost(name)), self.root, where=f"{prim.GetPath()}.inputs:file", got=f"@{asset.path}@")
-        key = (name, wrap_s, wrap_t, space)
-        if key not in self._index:
-            self._index[key] = len(self.found)
-            self.found.append(_load(prim, name, wrap_s, wrap_t, space))
-        return self._index[key]
+            check_inside(Path(outermost(name)), self.root, where=where(prim, "inputs:file"), got=got)
+        return str(name)
 
 
-def _load(prim: Usd.Prim, name: str, wrap_s: Wrap, wrap_t: Wrap, space: str) -> Texture:
+def _load(shader: UsdShade.Shader, look: _Look) -> tuple[Texture, Floats, Floats]:
+    """The texture, and what its coordinates are moved by: uv @ matrix (2, 2) + offset (2,)."""
+    prim = shader.GetPrim()
+    if not look.name:
+        colour = np.array(_four(shader, "fallback", (0.0, 0.0, 0.0, 1.0)))[None, None, :3]
+        return Texture(Path("fallback"), colour), np.eye(2), np.zeros(2)
+    linear, space = _texels(prim, look)
+    scale, bias = np.array(look.scale[:3]), np.array(look.bias[:3])
+    wraps: list[Literal["repeat", "clamp"]] = []
+    matrix, offset = np.eye(2), np.zeros(2)
+    for axis, wrap in ((1, look.wrap_s), (0, look.wrap_t)):
+        here = 1 - axis  # the coordinate that runs along this axis of the picture
+        size = linear.shape[axis]
+        if wrap == "mirror":  # row 0 is at v = 1: what is mirrored comes after the picture in u, before it in v
+            turned = np.flip(linear, axis)
+            linear = np.concatenate([linear, turned] if axis == 1 else [turned, linear], axis=axis)
+            matrix[here, here] = 0.5
+        elif wrap == "black":
+            margin = [(0, 0), (0, 0), (0, 0)]
+            margin[axis] = (1, 1)
+            linear = np.pad(linear, margin)
+            matrix[here, here], offset[here] = size / (size + 2), 1 / (size + 2)
+        wraps.append("repeat" if wrap in ("repeat", "mirror") else "clamp")
+    if not look.is_plain:
+        linear = linear * scale + bias
+        if linear.min() < -ROUNDED or linear.max() > 1.0 + ROUNDED:
+            name = "inputs:scale" if look.scale != (1.0,) * 4 else "inputs:bias"
+            got = f"{linear.min():g} to {linear.max():g}"
+            raise fault(prim, name, "texels times scale plus bias are out of range", expected="0 to 1", got=got)
+        linear = np.clip(linear, 0.0, 1.0)
+    # texels that are no longer the file's have no file: what writes the scene writes them
+    path = Path(look.name) if look.is_plain else Path(f"{Path(look.name).stem}-as-drawn")
+    texture = Texture(path, np.ascontiguousarray(linear), wraps[0], wraps[1], space)
+    return texture, matrix, offset
+
+
+def _texels(prim: Usd.Prim, look: _Look) -> tuple[Floats, Literal["raw", "sRGB"]]:
+    """The file's pixels (h, w, 3), linear, and the colour space that they were decoded from."""
+    name, space = look.name, look.space
     try:
         picture = _read_asset(name)
     except PictureError as error:
@@ -99,8 +196,9 @@ def _load(prim: Usd.Prim, name: str, wrap_s: Wrap, wrap_t: Wrap, space: str) -> 
     if not (np.isfinite(pixels).all() and pixels.min() >= -ROUNDED and pixels.max() <= 1.0 + ROUNDED):
         raise fault(prim, "inputs:file", "texels out of range", expected="0 to 1", got=name)
     pixels = np.clip(pixels, 0.0, 1.0)
-    linear = decode_srgb(pixels) if space == "sRGB" else pixels
-    return Texture(Path(name), np.ascontiguousarray(linear), wrap_s, wrap_t, "sRGB" if space == "sRGB" else "raw")
+    if space == "sRGB":
+        return decode_srgb(pixels), "sRGB"
+    return pixels, "raw"
 
 
 def _read_asset(name: str) -> Picture:
@@ -117,29 +215,82 @@ def _read_asset(name: str) -> Picture:
         return read_picture(copy)
 
 
-def _check_coordinates(shader: UsdShade.Shader) -> None:
-    """The texture must be looked up by the primvar ``st`` and nothing in between."""
-    given = shader.GetInput("st")
-    sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
-    reader = UsdShade.Shader(sources[0].GetPrim()) if len(sources) == 1 else UsdShade.Shader()
-    expected = 'a UsdPrimvarReader_float2 with varname "st"'
-    if not reader or str(reader.GetShaderId()) != "UsdPrimvarReader_float2":
-        got = str(reader.GetShaderId()) if reader else "no connection"
-        raise fault(shader.GetPrim(), "inputs:st", "unsupported texture coordinates", expected=expected, got=got)
-    name = checked(reader.GetPrim(), "inputs:varname", _get(reader, "varname"), "word", "")
-    if name != "st":
+def _coordinates(shader: UsdShade.Shader) -> Coordinates:
+    """Where ``shader`` is looked up: a primvar, moved by any number of UsdTransform2d."""
+    node = _behind(shader, "st")
+    moves: list[tuple[Floats, Floats]] = []
+    while node and str(node.GetShaderId()) == "UsdTransform2d" and len(moves) < _MOST_MOVES:
+        moves.append(_transform(node))
+        node = _behind(node, "in")
+    if not node or str(node.GetShaderId()) != "UsdPrimvarReader_float2":
+        got = str(node.GetShaderId()) if node else "no connection"
         raise fault(
-            reader.GetPrim(), "inputs:varname", "unsupported texture coordinates", expected="st", got=repr(name)
+            shader.GetPrim(),
+            "inputs:st",
+            "unsupported texture coordinates",
+            expected="a UsdPrimvarReader_float2, or UsdTransform2d over one",
+            got=got,
         )
+    name = checked(node.GetPrim(), "inputs:varname", _get(node, "varname"), "word", "")
+    if not name:
+        raise fault(node.GetPrim(), "inputs:varname", "no name", expected="that of a primvar", got=repr(name))
+    found = Coordinates(name)
+    for matrix, offset in reversed(moves):
+        found = found.then(matrix, offset)
+    return found
+
+
+_MOST_MOVES = 16  # a chain of transforms that is longer is taken for a ring
+
+
+def _behind(shader: UsdShade.Shader, name: str) -> UsdShade.Shader:
+    """The shader whose output feeds the input ``name``; an invalid one where there is none."""
+    given = shader.GetInput(name)
+    sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
+    return UsdShade.Shader(sources[0].GetPrim()) if len(sources) == 1 else UsdShade.Shader()
+
+
+def _transform(shader: UsdShade.Shader) -> tuple[Floats, Floats]:
+    """UsdTransform2d: in * scale * rotation + translation, counter-clockwise in degrees."""
+    _check_inputs(shader, _TRANSFORM_INPUTS)
+    prim = shader.GetPrim()
+    turn = _get(shader, "rotation")
+    angle = math.radians(check_number(prim, "inputs:rotation", 0.0 if turn is None else turn))
+    cos, sin = math.cos(angle), math.sin(angle)
+    scale, offset = _numbers(shader, "scale", (1.0, 1.0)), _numbers(shader, "translation", (0.0, 0.0))
+    return np.diag(scale) @ np.array([[cos, sin], [-sin, cos]]), np.array(offset)
+
+
+def _check_inputs(shader: UsdShade.Shader, known: set[str]) -> None:
+    """Note the inputs that ``shader`` does not have: no renderer looks at them."""
+    for each in shader.GetInputs():
+        if each.GetBaseName() not in known:
+            what = f"an input that {shader.GetShaderId()} does not have"
+            note("not read", where(shader.GetPrim(), str(each.GetFullName())), what)
+
+
+def _four(shader: UsdShade.Shader, name: str, fallback: Four) -> Four:
+    r, g, b, a = _numbers(shader, name, fallback)
+    return r, g, b, a
+
+
+def _numbers(shader: UsdShade.Shader, name: str, fallback: tuple[float, ...]) -> tuple[float, ...]:
+    """As many finite numbers as ``fallback`` has, which they are where nobody authored them."""
+    found = checked(shader.GetPrim(), f"inputs:{name}", _get(shader, name), "numbers", fallback)
+    if len(found) != len(fallback) or not all(math.isfinite(each) for each in found):
+        expected = f"{len(fallback)} finite numbers"
+        raise fault(shader.GetPrim(), f"inputs:{name}", "out of range", expected=expected, got=str(found))
+    return tuple(found)
 
 
 def _wrap(shader: UsdShade.Shader, name: str) -> Wrap:
+    """The wrap mode; files in use have no metadata that say one, and then the border is black."""
     found = checked(shader.GetPrim(), f"inputs:{name}", _get(shader, name), "word", "useMetadata")
-    if found == "repeat":
-        return "repeat"
-    if found == "clamp":
-        return "clamp"
-    raise fault(shader.GetPrim(), f"inputs:{name}", "not supported", expected="repeat or clamp", got=found)
+    if found not in _WRAPS:
+        expected = ", ".join(_WRAPS)
+        raise fault(shader.GetPrim(), f"inputs:{name}", "not supported", expected=expected, got=found)
+    wrap: Wrap = "black" if found == "useMetadata" else found
+    return wrap
 
 
 def _get(shader: UsdShade.Shader, name: str) -> Any:

@@ -12,14 +12,18 @@ import numpy.typing as npt
 from pxr import Sdf, Tf, Usd, UsdGeom
 
 from notabug.scenes_usd.errors import SceneError
+from notabug.scenes_usd.opinion import Opinion
+from notabug.scenes_usd.reading import frame, going_on, recovered
 from notabug.scenes_usd.scene import Floats, Ints
 
 TIME = Usd.TimeCode.EarliestTime()  # a lone time sample, as some exporters write, counts as a plain value
 ROUNDED = 2.0**-20  # of a number or of 1: eight roundings of float32, in which most of USD's numbers are stored
 AFFINE = 1e-9  # of a matrix's last column: products and inverses of doubles leave some 1e-16 a factor there
+SINGULAR = 1e-9  # volume of a matrix's three directions, over that of three at right angles
 ORTHOGONAL = 1e-5  # of a matrix's rows squared: many exporters write six digits, which leaves a few 1e-6
 FARTHEST = 1e12  # of a coordinate in world space: a product of three, a determinant, is still a float32
 
+_FREEZE = "choose a frame: notabug adapt SCENE --time CODE --out own.usda"
 _FAR = "world space reaches too far"
 _MISTYPED = "a value of the wrong type"
 _INT32 = np.iinfo(np.int32)
@@ -27,10 +31,30 @@ _INT32 = np.iinfo(np.int32)
 Colour = tuple[float, float, float]
 
 
-def fault(prim: Usd.Prim, attribute: str, what: str, *, expected: str = "", got: str = "", do: str = "") -> SceneError:
+def fault(
+    prim: Usd.Prim,
+    attribute: str,
+    what: str,
+    *,
+    expected: str = "",
+    got: str = "",
+    do: str = "",
+    mends: tuple[Opinion, ...] = (),
+) -> SceneError:
     """The error about ``attribute`` of ``prim`` ("" for the prim as a whole)."""
-    where = f"{prim.GetPath()}.{attribute}" if attribute else str(prim.GetPath())
-    return SceneError(what, where=where, expected=expected, got=got, do=do)
+    error = SceneError(what, where=where(prim, attribute), expected=expected, got=got, do=do)
+    error.mends = mends
+    return error
+
+
+def where(prim: Usd.Prim, attribute: str = "") -> str:
+    """How messages call ``attribute`` of ``prim``."""
+    return f"{prim.GetPath()}.{attribute}" if attribute else str(prim.GetPath())
+
+
+def opinion(prim: Usd.Prim, name: str, kind: str, value: Any, because: str = "") -> tuple[Opinion, ...]:
+    """The opinion that ``name`` of ``prim`` is ``value``."""
+    return (Opinion(str(prim.GetPath()), name, kind, value, because),)
 
 
 Kind = Literal["flag", "number", "word", "asset", "numbers"]
@@ -57,7 +81,7 @@ def blamed(prim: Usd.Prim, attribute: str) -> Iterator[None]:
 
 def value(prim: Usd.Prim, name: str, kind: Kind, fallback: Any = None) -> Any:
     """The attribute ``name``, or what the schema says it is where nobody authored it, or ``fallback``."""
-    return checked(prim, name, read(prim, name, prim.GetAttribute(name)), kind, fallback)
+    return recovered(lambda: checked(prim, name, read(prim, name, prim.GetAttribute(name)), kind, fallback), fallback)
 
 
 def read(prim: Usd.Prim, name: str, attribute: Usd.Attribute) -> Any:
@@ -67,9 +91,21 @@ def read(prim: Usd.Prim, name: str, attribute: Usd.Attribute) -> Any:
     """
     if not attribute:
         return None
-    if attribute.ValueMightBeTimeVarying():
-        raise fault(prim, name, "the value is animated", expected="one value", do="export a single frame")
-    return attribute.Get(TIME)
+    if not attribute.ValueMightBeTimeVarying():
+        return attribute.Get(TIME)
+    code = frame()
+    if code is not None:
+        return attribute.Get(code)
+    first = attribute.Get(TIME)
+    if any(not _alike(first, attribute.Get(sample)) for sample in attribute.GetTimeSamples()[1:]):
+        raise fault(prim, name, "the value is animated", expected="one value", do=_FREEZE)
+    return first
+
+
+def _alike(a: Any, b: Any) -> bool:
+    """Whether two values of one attribute are the same: samples of what stands still are written again and again."""
+    same_value = a == b
+    return bool(same_value) if not hasattr(same_value, "all") else bool(same_value.all())
 
 
 def checked(prim: Usd.Prim, name: str, found: Any, kind: Kind, fallback: Any = None) -> Any:
@@ -83,8 +119,9 @@ def checked(prim: Usd.Prim, name: str, found: Any, kind: Kind, fallback: Any = N
 
 
 def number(prim: Usd.Prim, name: str, fallback: float, *, low: float = -math.inf, high: float = math.inf) -> float:
-    """A finite number in [low, high]."""
-    return check_number(prim, name, value(prim, name, "number", fallback), low=low, high=high)
+    """A finite number in [low, high]; ``fallback`` where a reading goes on after a fault."""
+    found = value(prim, name, "number", fallback)
+    return recovered(lambda: check_number(prim, name, found, low=low, high=high), fallback)
 
 
 def check_number(prim: Usd.Prim, name: str, found: Any, *, low: float = -math.inf, high: float = math.inf) -> float:
@@ -108,8 +145,15 @@ def check_colour(prim: Usd.Prim, name: str, found: Any, *, high: float = 1.0) ->
 
 def vectors(prim: Usd.Prim, name: str, width: int) -> Floats:
     """The attribute ``name`` as a finite (n, width) array; the error says which row is not finite."""
-    found = read(prim, name, prim.GetAttribute(name))
+    return vectors_of(prim, name, prim.GetAttribute(name), width)
+
+
+def vectors_of(prim: Usd.Prim, name: str, attribute: Usd.Attribute, width: int) -> Floats:
+    """As ``vectors`` has it, of an ``attribute`` that another prim may hold; plain numbers are vectors of one."""
+    found = read(prim, name, attribute)
     array = _array(found)
+    if width == 1 and array.ndim == 1:
+        array = array[:, None]
     if array.size == 0 and array.ndim < 3:
         array = np.zeros((0, width))
     if array.dtype.kind not in "fiu" or array.ndim != 2 or array.shape[1] != width:
@@ -141,10 +185,18 @@ def same(found: float, plain: float) -> bool:
     return abs(found - plain) <= ROUNDED * max(1.0, abs(plain))
 
 
-def check_plain(prim: Usd.Prim, name: str, found: Any, plain: Any, what: str, do: str = "") -> None:
-    """Raise SceneError unless ``found`` is ``plain``, up to rounding, or None: the only value the contract can say."""
-    if found is None:
-        return
+def check_plain(
+    prim: Usd.Prim, name: str, found: Any, plain: Any, what: str, do: str = "", mends: tuple[Opinion, ...] = ()
+) -> None:
+    """Refuse ``found`` unless it is ``plain``, up to rounding, or None: the only value the contract can say."""
+    if found is not None:
+        with going_on():
+            _check_plain(prim, name, found, plain, what, do, mends)
+
+
+def _check_plain(
+    prim: Usd.Prim, name: str, found: Any, plain: Any, what: str, do: str, mends: tuple[Opinion, ...]
+) -> None:
     if isinstance(plain, bool):
         fits = checked(prim, name, found, "flag") is plain
     elif isinstance(plain, tuple):
@@ -153,7 +205,7 @@ def check_plain(prim: Usd.Prim, name: str, found: Any, plain: Any, what: str, do
     else:
         fits = same(checked(prim, name, found, "number"), plain)
     if not fits:
-        raise fault(prim, name, what, expected=str(plain), got=shown(found), do=do)
+        raise fault(prim, name, what, expected=str(plain), got=shown(found), do=do, mends=mends)
 
 
 def _within(found: float, low: float, high: float) -> bool:
@@ -186,17 +238,19 @@ def _as_numbers(found: Any) -> tuple[float, ...] | None:
 
 def world_matrix(prim: Usd.Prim) -> Floats:
     """The local-to-world matrix (4, 4), row vectors; refused where animated, not finite, projective or singular."""
+    code = frame()
+    at = TIME if code is None else Usd.TimeCode(code)
     node = prim
     while node and not node.IsPseudoRoot():
         form = UsdGeom.Xformable(node)
         with blamed(node, "xformOpOrder"):
-            if form and form.TransformMightBeTimeVarying():
-                raise fault(node, "xformOpOrder", "the transform is animated", do="export a single frame")
+            if form and code is None and form.TransformMightBeTimeVarying() and _moves(form):
+                raise fault(node, "xformOpOrder", "the transform is animated", do=_FREEZE)
             if form:
-                form.GetLocalTransformation(TIME)
+                form.GetLocalTransformation(at)
         node = node.GetParent()
     with blamed(prim, "xformOpOrder"):
-        matrix: Floats = np.array(UsdGeom.XformCache(TIME).GetLocalToWorldTransform(prim), np.float64)
+        matrix: Floats = np.array(UsdGeom.XformCache(at).GetLocalToWorldTransform(prim), np.float64)
     if not np.isfinite(matrix).all():
         raise fault(prim, "xformOpOrder", "the transform to world space is not finite", got=str(matrix.tolist()))
     if np.abs(matrix).max() > FARTHEST:
@@ -212,7 +266,7 @@ def world_matrix(prim: Usd.Prim) -> Floats:
     matrix[:, 3] = 0.0, 0.0, 0.0, 1.0
     linear = matrix[:3, :3]
     lengths = np.linalg.norm(linear, axis=1)
-    if not lengths.min() > 0.0 or abs(np.linalg.det(linear / lengths[:, None])) < 1e-9:
+    if not lengths.min() > 0.0 or abs(np.linalg.det(linear / lengths[:, None])) < SINGULAR:
         raise fault(
             prim,
             "xformOpOrder",
@@ -221,6 +275,12 @@ def world_matrix(prim: Usd.Prim) -> Floats:
             do="scale by > 0",
         )
     return matrix
+
+
+def _moves(form: UsdGeom.Xformable) -> bool:
+    """Whether the samples of a transform differ."""
+    first = form.GetLocalTransformation(TIME)
+    return any(form.GetLocalTransformation(sample) != first for sample in form.GetTimeSamples())
 
 
 def check_reach(prim: Usd.Prim, name: str, points: Floats) -> None:

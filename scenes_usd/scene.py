@@ -157,6 +157,7 @@ class Scene:
     materials: tuple[Material, ...]
     textures: tuple[Texture, ...] = ()
     intent: Mesh | None = None  # the guide mesh, when the card names one
+    notes: tuple[str, ...] = ()  # what of the file the scene lacks; nothing that moves a pixel of it
 
     @property
     def variant(self) -> str:

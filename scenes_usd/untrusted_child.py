@@ -23,6 +23,7 @@ from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.fence import OutsideError, layers_of
 from notabug.scenes_usd.landlock import confine, programs
 from notabug.scenes_usd.reader_stage import read_stage
+from notabug.scenes_usd.reading import View
 from notabug.scenes_usd.untrusted import MEMORY, SECONDS
 
 
@@ -43,11 +44,12 @@ def _tried(path: Path) -> dict[str, object]:
     layers, outside = None, None
     try:
         layers = [str(file) for file, _ in layers_of(path)]
-        read_stage(path, path.stem, {})
-    except OutsideError as error:
-        layers, outside = None, [error.what, error.where, error.expected, error.got, error.do]
-    except NotabugError:
-        pass  # the process that asks will say the same
+        read_stage(path, path.stem, {}, View(quick=True))
+    except NotabugError as error:  # the process that asks will say the same, but of files outside
+        for part in getattr(error, "errors", (error,)):
+            if isinstance(part, OutsideError):
+                layers, outside = None, [part.what, part.where, part.expected, part.got, part.do]
+                break
     return {"layers": layers, "outside": outside}
 
 

@@ -102,6 +102,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shim.chmod(0o755)
     for words in (
         "run terminator/sphere texture/uneven_quad -r inhouse -r povray --out notabug-out",
+        "adapt my_scene.usda --out own.usda",
         "run my_scene.usda -r inhouse --out part1",
         "run my_scene.usda -r zbuffer --out part2",
     ):

@@ -43,6 +43,8 @@ ROWS: tuple[tuple[tuple[str, ...], tuple[int, ...]], ...] = (
     (("run", "tiny.usda", "-r", "inhouse", "--out", "out"), (0,)),
     (("judge", "frame.exr", "--scene", "tiny.usda", "--filter", "point", "--json"), (0,)),
     (("why", "frame.exr", "--scene", "tiny.usda", "--pixel", "12,12"), (0,)),
+    (("check", "tiny.usda", "--json"), (0,)),
+    (("adapt", "tiny.usda", "--out", "own.usda"), (0,)),
     (("references", "verify", "terminator/sphere"), (0,)),
     (("calibrate", "-r", "inhouse"), (0,)),
     *((("export", "terminator/sphere", "--to", each.value, "--out", "exported"), (0,)) for each in options.Format),

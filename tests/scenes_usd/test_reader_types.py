@@ -208,8 +208,11 @@ def test_what_is_rounded_has_a_tolerance(old: str, new: str, write: Write) -> No
 @pytest.mark.parametrize(
     ("old", "new", "where"),
     [
-        ("# settings", "uniform float pixelAspectRatio = 1.001", "/Render/Settings.pixelAspectRatio"),
-        ("float focalLength", "float fStop = 0.01\nfloat focalLength", "/Scene/Camera.fStop"),
+        (
+            "float focalLength",
+            "float horizontalApertureOffset = 0.01\nfloat focalLength",
+            "/Scene/Camera.horizontalApertureOffset",
+        ),
         ("# preview", "float inputs:opacity = 1.001", "/Scene/Grey/Surface.inputs:opacity"),
         ("# preview", "float inputs:metallic = 0.001", "/Scene/Grey/Surface.inputs:metallic"),
     ],

@@ -1,0 +1,133 @@
+"""The ``check`` command: all that is read of a scene, approximated, not read, and out of the contract, at once."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from typing import Any
+
+from rich.console import Console
+from rich.text import Text
+
+from notabug.exit_codes import ExitCode
+from notabug.judging import one_variant
+from notabug.progress import console
+from notabug.scenes_usd.errors import NotabugError, SceneError, SelectionError
+from notabug.scenes_usd.reader import survey_scene
+from notabug.scenes_usd.reader_stage import Survey
+from notabug.scenes_usd.reading import Remark, View
+from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.words import counted
+
+PURPOSES = ("default", "render", "proxy", "guide")
+ORDER = ("out of the contract", "approximated", "not read")
+_GLYPHS = {"out of the contract": ("✗", "bold red"), "approximated": ("≈", "yellow"), "not read": ("–", "dim")}
+
+
+def command(*, source: str, variants: list[str], view: View, as_json: bool) -> ExitCode:
+    """Print what a look at ``source`` tells; the exit code is that of a scene that cannot be judged where it cannot."""
+    chosen = one_variant(variants)
+    try:
+        survey = survey_scene(source, chosen, view)
+    except SceneError as error:  # it cannot even be opened
+        survey = Survey(None, (Remark("out of the contract", error.where, error.what, error),))
+    if as_json:
+        print(json.dumps(as_document(source, survey), ensure_ascii=False))
+    else:
+        show(console(), source, survey)
+    return ExitCode.OK if survey.scene is not None else ExitCode.USAGE
+
+
+def by_path(survey: Survey) -> list[Remark]:
+    """The remarks by prim path, the worst of a prim first."""
+    return sorted(survey.remarks, key=lambda each: (each.path, ORDER.index(each.kind), each.where))
+
+
+def as_document(source: str, survey: Survey) -> dict[str, Any]:
+    """What ``check --json`` prints."""
+    return {
+        "schema": "notabug-check/1",
+        "scene": source,
+        "judged": survey.scene is not None,
+        "read": [] if survey.scene is None else what_is_read(survey.scene),
+        "remarks": [_as_dict(each) for each in by_path(survey)],
+    }
+
+
+def _as_dict(remark: Remark) -> dict[str, Any]:
+    error = remark.error
+    said = {"expected": error.expected, "got": error.got, "do": error.do} if error is not None else {}
+    return {
+        "kind": remark.kind,
+        "path": remark.path,
+        "where": remark.where,
+        "what": remark.what,
+        **{key: text for key, text in said.items() if text},
+        "adapt": [f"{each.path}.{each.name}" for each in remark.mends],
+    }
+
+
+def what_is_read(scene: Scene) -> list[dict[str, Any]]:
+    """Everything that is drawn or lights, by its path."""
+    rows: list[dict[str, Any]] = [{"path": scene.camera.path, "as": "camera"}]
+    rows += [{"path": light.path, "as": f"{light.kind} light"} for light in scene.lights]
+    for each in scene.objects:
+        row: dict[str, Any] = {"path": each.path, "as": "mesh" if isinstance(each, Mesh) else "sphere"}
+        if isinstance(each, Mesh):
+            row["faces"] = len(each.counts)
+        rows.append({**row, "material": scene.materials[each.material].path})
+    return rows
+
+
+def show(out: Console, source: str, survey: Survey) -> None:
+    """Print the survey: one line a remark, then what was read, in numbers, and what to do next."""
+    for remark in by_path(survey):
+        glyph, style = _GLYPHS[remark.kind]
+        out.print(
+            Text(f"{glyph} {remark.kind}: ", style=style).append(says(remark), style="default not bold"), soft_wrap=True
+        )
+    kinds: Counter[str] = Counter(remark.kind for remark in survey.remarks)
+    told = ", ".join(f"{kinds[kind]} {kind}" for kind in ORDER if kinds[kind]) or "nothing to remark"
+    out.print(Text(f"{source}: {told}"), soft_wrap=True)
+    if survey.scene is not None:
+        scene = survey.scene
+        faces = sum(len(each.counts) for each in scene.meshes)
+        numbers = [counted(len(scene.objects), "object"), counted(faces, "face"), counted(len(scene.lights), "light")]
+        numbers += [counted(len(scene.materials), "material"), counted(len(scene.textures), "texture")]
+        out.print(
+            f"read: {', '.join(numbers)}; {scene.width} x {scene.height} pixels from {scene.camera.path}", markup=False
+        )
+        out.print(f"next: notabug run {source}", markup=False, soft_wrap=True)
+        return
+    left = [remark for remark in survey.remarks if remark.kind == "out of the contract" and not remark.mends]
+    if not left:
+        out.print(
+            f"next: notabug adapt {source} --out own.usda writes a layer that says it all", markup=False, soft_wrap=True
+        )
+    else:
+        out.print(
+            f"next: notabug adapt {source} --out own.usda mends all but {len(left)}; these are for you",
+            markup=False,
+            soft_wrap=True,
+        )
+
+
+def says(remark: Remark) -> str:
+    """A remark in one line.
+
+    >>> says(Remark("not read", "/Hair", "BasisCurves: nothing of it is drawn"))
+    '/Hair: BasisCurves: nothing of it is drawn'
+    """
+    return str(remark.error) if isinstance(remark.error, NotabugError) else f"{remark.where}: {remark.what}"
+
+
+def view_of(camera: str, time: float | None, purposes: list[str]) -> View:
+    """What the options ``--camera``, ``--time`` and ``--purpose`` ask for."""
+    for word in purposes:
+        if word not in PURPOSES:
+            raise SelectionError(f"no purpose {word!r}", where="--purpose", expected=f"one of {', '.join(PURPOSES)}")
+    if time is not None and not math.isfinite(time):
+        raise SelectionError("not a time code", where="--time", expected="a number", got=str(time))
+    drawn = frozenset({"default", *purposes}) if purposes else View().purposes
+    return View(camera=camera, time=time, purposes=drawn)

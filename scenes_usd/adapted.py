@@ -1,0 +1,360 @@
+"""A layer over a team's own scene that takes it into the contract. Nothing of the scene itself is edited.
+
+The layer is a scene of its own: who renders it draws what it says, so a verdict on it holds for any renderer. It says
+which picture is meant (render settings, camera, frame, variants, purposes), carries a card, and overrules what the
+contract cannot say with what comes nearest: a point in the place of a lamp, a Lambertian in the place of metal.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, Vt
+
+from notabug.scenes_usd.card import OWN_CARD
+from notabug.scenes_usd.errors import SceneError, SelectionError
+from notabug.scenes_usd.framing import LIT, direction
+from notabug.scenes_usd.opinion import Opinion
+from notabug.scenes_usd.reader import scene_id
+from notabug.scenes_usd.reader_camera import DEFAULT_SIZE, cameras
+from notabug.scenes_usd.reader_shading import GREY, PREVIEW
+from notabug.scenes_usd.reader_stage import Survey, choose, open_stage, survey_stage
+from notabug.scenes_usd.reading import Remark, View, reading
+from notabug.scenes_usd.scene import Camera, Floats
+
+_PASSES = 5  # a value that is put right may show the next one that is not
+_APERTURE = 20.0
+_STAGE_METADATA = (  # of the root layer alone: those of a sublayer say nothing
+    "upAxis",
+    "metersPerUnit",
+    "kilogramsPerUnit",
+    "timeCodesPerSecond",
+    "framesPerSecond",
+    "startTimeCode",
+    "endTimeCode",
+    "defaultPrim",
+    "renderSettingsPrimPath",
+    "colorConfiguration",
+    "colorManagementSystem",
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Adapted:
+    """What came of it: a line for each opinion of the layer, and what a look at the layer tells."""
+
+    says: tuple[str, ...]
+    survey: Survey
+
+
+def adapt(
+    path: Path, out: Path, variants: Mapping[str, str], view: View, size: tuple[int, int] | None = None
+) -> Adapted:
+    """Write the layer ``out`` over the scene at ``path``, for the picture that ``variants`` and ``view`` mean.
+
+    ``out`` is in the scene's folder or in one above it. What is not said is chosen: the first camera, or one that sees
+    everything; the first frame of an animation.
+    """
+    layer = _Layer(path, variants)
+    layer.say_variants(variants)
+    layer.say_purposes(view)
+    layer.say_camera(view, size)
+    if view.time is not None:
+        layer.freeze(view.time)
+    plain = View(quick=True)
+    survey = layer.look(out, plain)
+    for _ in range(_PASSES):
+        if not layer.mend(survey):
+            break
+        survey = layer.look(out, plain)
+    layer.place_camera(survey)
+    layer.write(out)
+    return Adapted(tuple(layer.said), layer.look(out, View()))
+
+
+class _Layer:
+    """The layer in the making; ``said`` has a line for each of its opinions."""
+
+    def __init__(self, path: Path, variants: Mapping[str, str]) -> None:
+        self.said: list[str] = []
+        self._path = path
+        open_stage(path)  # says so where it cannot be
+        self._layer = Sdf.Layer.CreateAnonymous(".usda")
+        self._layer.subLayerPaths.append(str(path))
+        below = Sdf.Layer.FindOrOpen(str(path))
+        for key in _STAGE_METADATA:
+            if below.pseudoRoot.HasInfo(key):
+                self._layer.pseudoRoot.SetInfo(key, below.pseudoRoot.GetInfo(key))
+        self._stage = Usd.Stage.Open(self._layer)
+        root = self._stage.GetDefaultPrim()
+        if root:
+            with reading():
+                choose(self._stage, root, variants)  # whether there are such
+            self._stage.GetSessionLayer().Clear()
+        self._stage.SetEditTarget(Usd.EditTarget(self._layer))
+        if not root:
+            root = UsdGeom.Scope.Define(self._stage, self._free("/notabug")).GetPrim()
+            self._stage.SetDefaultPrim(root)
+            self._say(str(root.GetPath()), "the default prim, which the stage lacks")
+        self._root = root
+        if "notabug" not in root.GetCustomData():
+            card = {"class": OWN_CARD.artifact_class, "claim": OWN_CARD.claim}
+            root.SetCustomDataByKey("notabug", card)
+            self._say(f"{root.GetPath()}.customData:notabug", "a card: a scene of your own")
+
+    def _say(self, where: str, what: str) -> None:
+        self.said.append(f"{where}: {what}")
+
+    def _free(self, path: str) -> str:
+        """``path``, with a number where the stage already has such a prim."""
+        number, made = 1, path
+        while self._stage.GetPrimAtPath(made):
+            number, made = number + 1, f"{path}_{number}"
+        return made
+
+    def write(self, out: Path) -> None:
+        """Write the layer to ``out``, with the scene's path relative to it."""
+        copy = Sdf.Layer.CreateAnonymous(".usda")
+        copy.TransferContent(self._layer)
+        copy.subLayerPaths[0] = f"./{Path(os.path.relpath(self._path, out.parent)).as_posix()}"
+        copy.comment = f"Made by notabug adapt from {self._path.name}"
+        out.parent.mkdir(parents=True, exist_ok=True)
+        if not copy.Export(str(out)):
+            raise SceneError("cannot be written", where=str(out))
+
+    def look(self, out: Path, view: View) -> Survey:
+        """Write the layer and look at it as any scene is looked at."""
+        self.write(out)
+        held = Sdf.Layer.Find(str(out))
+        if held is not None:
+            held.Reload(True)
+        return survey_stage(out, scene_id(out), {}, view)
+
+    def say_variants(self, variants: Mapping[str, str]) -> None:
+        """Select the ``variants``, and the first one of a set that selects none."""
+        sets = self._root.GetVariantSets()
+        for name, chosen in variants.items():
+            sets.SetSelection(name, chosen)
+            self._say(f"{self._root.GetPath()}.variants", f"{name} = {chosen}")
+        for name in sets.GetNames():
+            known = sets.GetVariantSet(name).GetVariantNames()
+            if known and sets.GetVariantSelection(name) not in known:
+                sets.SetSelection(name, known[0])
+                self._say(f"{self._root.GetPath()}.variants", f"{name} = {known[0]}, the first: nothing selects one")
+
+    def say_purposes(self, view: View) -> None:
+        """Give prims whose purpose is asked for the default one, and the others that of a guide."""
+        if view.purposes == View().purposes:
+            return
+        for prim in self._stage.Traverse():
+            attribute = UsdGeom.Imageable(prim).GetPurposeAttr() if prim.IsA(UsdGeom.Imageable) else None
+            if attribute and attribute.HasAuthoredValue():
+                wanted = "default" if attribute.Get() in view.purposes else "guide"
+                if attribute.Get() != wanted:
+                    self._say(f"{prim.GetPath()}.purpose", f"{wanted}, was {attribute.Get()}")
+                    attribute.Set(wanted)
+
+    def say_camera(self, view: View, size: tuple[int, int] | None) -> None:
+        """Render settings with the camera that is asked for, or their own, or the first one there is."""
+        named = UsdRender.Settings.GetStageRenderSettings(self._stage)
+        found = [prim for prim in self._stage.Traverse() if prim.IsA(UsdRender.Settings)]
+        prim = named.GetPrim() if named else found[0] if found else None
+        known = cameras(self._stage)
+        if view.camera and view.camera not in [str(each.GetPath()) for each in known]:
+            expected = ", ".join(str(each.GetPath()) for each in known) or "none: the stage has no camera"
+            raise SelectionError(f"no camera {view.camera!r}", where="--camera", expected=f"one of {expected}")
+        fresh = prim is None
+        if prim is None:
+            prim = UsdRender.Settings.Define(self._stage, self._free("/Render/Settings")).GetPrim()
+        settings = UsdRender.Settings(prim)
+        if not named:
+            self._stage.SetMetadata("renderSettingsPrimPath", str(prim.GetPath()))
+            self._say("/.renderSettingsPrimPath", f"{prim.GetPath()}{' (new)' if fresh else ''}")
+        targets = settings.GetCameraRel().GetForwardedTargets()
+        chosen = view.camera or (str(targets[0]) if targets else str(known[0].GetPath()) if known else "")
+        if chosen and (not targets or str(targets[0]) != chosen):
+            settings.CreateCameraRel().SetTargets([Sdf.Path(chosen)])
+            others = f", the first of {len(known)}: --camera chooses" if len(known) > 1 and not view.camera else ""
+            self._say(f"{prim.GetPath()}.camera", f"{chosen}{others}")
+        self._settings = settings
+        if size is not None or fresh:
+            width, height = size or _size_for(self._stage.GetPrimAtPath(chosen) if chosen else None)
+            settings.CreateResolutionAttr(Gf.Vec2i(width, height))
+            self._say(f"{prim.GetPath()}.resolution", f"{width} x {height}")
+
+    def freeze(self, time: float) -> None:
+        """Every animated value as it is at ``time``."""
+        count = 0
+        for prim in self._stage.Traverse():
+            for attribute in prim.GetAuthoredAttributes():
+                if attribute.ValueMightBeTimeVarying():
+                    now = attribute.Get(time)
+                    attribute.Block() if now is None else attribute.Set(now)
+                    count += 1
+        if count:
+            self._say("/", f"{count} animated values as at time code {time:g}")
+
+    def mend(self, survey: Survey) -> bool:
+        """Overrule what ``survey`` refuses; whether anything was said."""
+        before = len(self.said)
+        refused = [remark for remark in survey.remarks if remark.error is not None]
+        if any("animated" in remark.what for remark in refused):
+            start = self._stage.GetStartTimeCode() if self._stage.HasAuthoredTimeCodeRange() else 0.0
+            self.freeze(start)
+        for remark in refused:
+            if remark.what.startswith(_NO_LIGHT):
+                self._light()
+                continue
+            if "animated" in remark.what:
+                continue
+            for opinion in remark.mends or self._last_resort(remark):
+                self._apply(opinion)
+        return len(self.said) > before
+
+    def _last_resort(self, remark: Remark) -> Iterator[Opinion]:
+        """For a fault that no value mends: a grey material, or the prim left out."""
+        because = f"left out: {remark.what}"
+        prim = self._stage.GetPrimAtPath(remark.path) if Sdf.Path.IsValidPathString(remark.path) else None
+        while prim and not prim.IsPseudoRoot():
+            if prim.IsA(UsdShade.Material):
+                yield Opinion(str(prim.GetPath()), "outputs:surface", "preview", GREY, f"grey: {remark.what}")
+                return
+            if prim.IsA(UsdGeom.Gprim) or prim.IsA(UsdGeom.PointInstancer) or prim.HasAPI(UsdLux.LightAPI):
+                yield Opinion(str(prim.GetPath()), "visibility", "token", "invisible", because)
+                return
+            prim = prim.GetParent()
+
+    def _apply(self, opinion: Opinion) -> None:
+        prim = self._prim(opinion.path)
+        if prim is None:
+            return
+        where, because = f"{opinion.path}.{opinion.name}", f" ({opinion.because})" if opinion.because else ""
+        if opinion.type == "preview":
+            self._paint(UsdShade.Material(prim), opinion.value)
+            self._say(where, f"{PREVIEW} {_shown(opinion.value)}{because}")
+        elif opinion.type == "rel":
+            relationship = prim.GetRelationship(opinion.name) or prim.CreateRelationship(opinion.name, False)
+            relationship.SetTargets([])
+            self._say(where, f"no targets{because}")
+        else:
+            kind = Sdf.ValueTypeNames.Find(opinion.type)
+            attribute = prim.GetAttribute(opinion.name) or prim.CreateAttribute(opinion.name, kind, False)
+            was = attribute.Get(Usd.TimeCode.EarliestTime())
+            if attribute.HasAuthoredConnections():
+                attribute.SetConnections([])
+            attribute.Set(_typed(opinion.type, opinion.value))
+            old = "" if was is None else f", was {_shown(was)}"
+            self._say(where, f"{_shown(opinion.value)}{old}{because}")
+
+    def _prim(self, path: str) -> Usd.Prim | None:
+        """The prim at ``path``, whose instance becomes one of its own where it is shared."""
+        for _ in range(_PASSES):
+            prim = self._stage.GetPrimAtPath(path)
+            if not prim or not prim.IsInstanceProxy():
+                return prim or None
+            owner = prim
+            while owner.IsInstanceProxy():  # the outermost instance is a prim of its own
+                owner = owner.GetParent()
+            owner.SetInstanceable(False)
+            self._say(str(owner.GetPath()), "not instanceable: a value inside is overruled")
+        return None
+
+    def _paint(self, material: UsdShade.Material, colour: tuple[float, float, float]) -> None:
+        shader = UsdShade.Shader.Define(self._stage, material.GetPath().AppendChild("NotabugSurface"))
+        shader.CreateIdAttr(PREVIEW)
+        types = Sdf.ValueTypeNames
+        shader.CreateInput("diffuseColor", types.Color3f).Set(Gf.Vec3f(*colour))
+        shader.CreateInput("useSpecularWorkflow", types.Int).Set(1)
+        shader.CreateInput("specularColor", types.Color3f).Set(Gf.Vec3f(0.0))
+        material.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", types.Token))
+
+    def _light(self) -> None:
+        """A distant light from above, over the camera's shoulder."""
+        path = self._free("/notabug_light")
+        up = str(UsdGeom.GetStageUpAxis(self._stage))
+        targets = self._settings.GetCameraRel().GetForwardedTargets()
+        camera = self._stage.GetPrimAtPath(targets[0]) if targets else None
+        towards = direction(_AZIMUTH + 40.0, _ELEVATION + 25.0, up)
+        if camera:
+            matrix = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(camera), np.float64)
+            x, y, z = (row / np.linalg.norm(row) for row in matrix[:3, :3])
+            towards = 0.6 * x + 0.6 * y + z
+            towards /= np.linalg.norm(towards)
+        made = UsdLux.DistantLight.Define(self._stage, path)
+        made.CreateAngleAttr(0.0)
+        made.CreateIntensityAttr(LIT)
+        x = np.cross(np.eye(3)[np.abs(towards).argmin()], towards)
+        x /= np.linalg.norm(x)
+        placed = np.eye(4)
+        placed[:3, :3] = x, np.cross(towards, x), towards
+        _place(made, placed)
+        self._say(path, "a distant light: the scene has none that is read")
+
+    def place_camera(self, survey: Survey) -> None:
+        """The camera that the reader placed for want of one, as a prim of the layer."""
+        if survey.scene is None or self._settings.GetCameraRel().GetForwardedTargets():
+            return
+        camera = survey.scene.camera
+        path = self._free("/notabug_camera")
+        _define(self._stage, path, camera)
+        self._settings.CreateCameraRel().SetTargets([Sdf.Path(path)])
+        self._say(path, "a camera that sees everything: the stage has none")
+
+
+_NO_LIGHT = "no visible light"
+_AZIMUTH, _ELEVATION = 30.0, 25.0  # of the camera that is placed
+
+
+def _size_for(camera: Usd.Prim | None) -> tuple[int, int]:
+    """The default size with the shape of the camera's aperture."""
+    width, height = DEFAULT_SIZE
+    if camera:
+        lens = UsdGeom.Camera(camera)
+        across, down = lens.GetHorizontalApertureAttr().Get(), lens.GetVerticalApertureAttr().Get()
+        if across and down and across > 0.0 and down > 0.0:
+            height = max(1, round(width * down / across))
+    return width, height
+
+
+def _define(stage: Usd.Stage, path: str, camera: Camera) -> None:
+    made = UsdGeom.Camera.Define(stage, path)
+    made.CreateProjectionAttr(UsdGeom.Tokens.perspective)
+    made.CreateClippingRangeAttr(Gf.Vec2f(camera.near, camera.far))
+    made.CreateHorizontalApertureAttr(_APERTURE)
+    made.CreateVerticalApertureAttr(_APERTURE * camera.tan_y / camera.tan_x)
+    made.CreateFocalLengthAttr(_APERTURE / (2.0 * camera.tan_x))
+    _place(made, camera.to_world)
+
+
+def _place(prim: Any, matrix: Floats) -> None:
+    UsdGeom.Xformable(prim).AddTransformOp().Set(Gf.Matrix4d(*matrix.ravel().tolist()))
+
+
+def _typed(kind: str, value: Any) -> Any:
+    """``value`` as the Sdf type called ``kind`` holds it."""
+    if kind == "asset":
+        return Sdf.AssetPath(value)
+    if kind in ("color3f", "normal3f"):
+        return Gf.Vec3f(*value)
+    if kind == "color3f[]":
+        return Vt.Vec3fArray([Gf.Vec3f(*row) for row in value])
+    if kind == "float[]":
+        return Vt.FloatArray(value)
+    if kind == "float4[]":
+        return Vt.Vec4fArray(value)
+    return value
+
+
+def _shown(value: Any) -> str:
+    """A value in a line: numbers in few digits."""
+    if isinstance(value, bool) or not isinstance(value, int | float | tuple | Gf.Vec3f):
+        text = str(value)
+        return text if len(text) <= 60 else f"{text[:57]}..."
+    if isinstance(value, int | float):
+        return f"{value:g}"
+    return f"({', '.join(f'{part:g}' for part in value)})"

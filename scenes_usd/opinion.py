@@ -1,0 +1,20 @@
+"""An opinion of a layer over a scene: one attribute of one prim that says something the contract can say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Opinion:
+    """The attribute ``name`` of the prim at ``path`` is to be ``value``, of the Sdf type called ``type``.
+
+    Connections of the attribute go. ``because`` says what the original had, for the person who reads the layer.
+    """
+
+    path: str
+    name: str
+    type: str
+    value: Any
+    because: str = ""

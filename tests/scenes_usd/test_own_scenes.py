@@ -1,0 +1,387 @@
+"""A team's own files: what reads as it is, what ``adapt`` makes judgeable, and that ``check`` tells all at once."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+from unittest import mock
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from notabug.cli import app, main
+from notabug.scenes_usd.adapted import adapt
+from notabug.scenes_usd.errors import ManyFaultsError, SceneError, SelectionError
+from notabug.scenes_usd.reader_stage import read_stage, survey_stage
+from notabug.scenes_usd.reading import View
+from notabug.scenes_usd.scene import Mesh, Scene, Sphere
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+def _load() -> ModuleType:
+    name = "own_scenes"
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        spec.loader.exec_module(module)
+    return sys.modules[name]
+
+
+own = _load()
+NAMES = [feature.name for feature in own.FEATURES]
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    made: dict[str, Path] = own.write(tmp_path_factory.mktemp("features"))
+    return made
+
+
+def read(files: dict[str, Path], name: str) -> Scene:
+    return read_stage(files[name], "own", {})
+
+
+def meshes(scene: Scene) -> list[Mesh]:
+    return [each for each in scene.objects if isinstance(each, Mesh)]
+
+
+@pytest.mark.parametrize("feature", own.FEATURES, ids=NAMES)
+def test_feature(feature: Any, files: dict[str, Path]) -> None:
+    assert own.state_of(files[feature.name]) == feature.state
+
+
+def test_the_table_of_the_docs_is_this_list() -> None:
+    text = (DOCS / "own-scenes.md").read_text("utf-8")
+    for row in own.table():
+        assert row in text
+    states = [feature.state for feature in own.FEATURES]
+    assert f"{states.count('read')} of the {len(states)}" in text
+    assert f"{states.count('adapted')} more" in text
+
+
+# --- what the features look like once they are read ---------------------------------------------------------------
+
+
+def test_subsets_split_a_mesh_and_lose_no_face(files: dict[str, Path]) -> None:
+    scene = read(files, "GeomSubset material bindings")
+    parts = {each.path: (len(each.counts), scene.materials[each.material].path) for each in meshes(scene)}
+    assert parts == {
+        "/World/Shape": (1, "/World/Look"),
+        "/World/Shape_Sides": (3, "/World/Look"),
+        "/World/Shape_Rest": (2, "/World/Other"),
+    }
+    smooth = read(files, "GeomSubset on a subdivision surface")
+    counts = {each.path: len(each.counts) for each in meshes(smooth)}
+    assert counts["/World/Shape_Sides"] == 3 * counts["/World/Shape"]
+
+
+def test_instances_are_placed_and_hidden_ones_are_not(files: dict[str, Path]) -> None:
+    scene = read(files, "PointInstancer, one instance hidden")
+    (box,) = meshes(scene)
+    (ball,) = (each for each in scene.objects if isinstance(each, Sphere))
+    assert box.points.mean(axis=0) == pytest.approx([1, 0, 0], abs=1e-6)
+    assert np.ptp(box.points, axis=0) == pytest.approx([0.4, 0.8, 0.4], abs=1e-3), "turned by 90 degrees about y"
+    assert ball.to_world[3, :3] == pytest.approx([0, 1, 0])
+    paths = [each.path for each in read(files, "nested instances").objects]
+    assert paths == ["/World/A/A/Shape"]
+
+
+def test_solids_are_where_their_formulas_say(files: dict[str, Path]) -> None:
+    """Round ones touch their surface with every corner, and no facet is off by a tenth of a pixel."""
+    for name in ("Cylinder", "Cone", "Capsule"):
+        scene = read(files, name)
+        (mesh,) = meshes(scene)
+        x, y, z = mesh.points.T
+        away = np.hypot(x, y)
+        outside = {
+            "Cylinder": np.maximum(away - 1.0, np.abs(z) - 1.0),
+            "Cone": np.maximum((away - (1.0 - z) / 2.0) * 2.0 / np.sqrt(5.0), np.abs(z) - 1.0),
+            "Capsule": np.hypot(away, np.maximum(np.abs(z) - 0.5, 0.0)) - 0.5,
+        }[name]
+        assert outside.max() < 1e-12, name
+        quads = mesh.points[mesh.corners][np.repeat(mesh.counts == 4, mesh.counts)].reshape(-1, 4, 3)
+        normal = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
+        assert len(quads) >= 16
+        assert ((normal * quads.mean(axis=1)).sum(axis=1) > 0).all(), f"{name} faces outwards"
+        pixel = 2.0 * scene.camera.tan_x * 7.0 / scene.width
+        if name == "Cylinder":
+            middles = (quads + np.roll(quads, -1, axis=1)) / 2.0
+            assert (1.0 - np.hypot(middles[..., 0], middles[..., 1])).max() < 0.1 * pixel
+    (box,) = meshes(read(files, "Cube"))
+    assert np.ptp(box.points, axis=0).tolist() == [2, 2, 2]
+    (plane,) = meshes(read(files, "Plane"))
+    assert plane.points[:, 2].tolist() == [0] * 4
+
+
+def test_display_colour_is_a_lambertian(files: dict[str, Path]) -> None:
+    (material,) = read(files, "displayOpacity").materials
+    assert material.diffuse == pytest.approx((0.7, 0.3, 0.2))
+    assert material.opacity == 0.5
+    (grey,) = read(files, "neither material nor displayColor").materials
+    assert grey.diffuse == (0.18, 0.18, 0.18)
+
+
+def test_a_colour_for_each_face_makes_parts(files: dict[str, Path]) -> None:
+    scene = read(files, "displayColor per face")
+    shown = {scene.materials[each.material].diffuse: len(each.counts) for each in meshes(scene)}
+    assert shown == {(1.0, 0.0, 0.0): 3, (0.0, 1.0, 0.0): 2, (0.0, 0.0, 1.0): 1}
+
+
+def test_an_instance_without_a_size_is_not_drawn(files: dict[str, Path], tmp_path: Path) -> None:
+    text = files["PointInstancer, one instance hidden"].read_text("utf-8")
+    path = tmp_path / "flat.usda"
+    path.write_text(text.replace("(0.2, 0.4, 0.2)]", "(0.2, 0, 0.2)]"), "utf-8")
+    survey = survey_stage(path, "own", {})
+    assert survey.scene is not None
+    assert [type(each) for each in survey.scene.objects] == [Sphere]
+    assert [(each.kind, each.where) for each in survey.remarks] == [("not read", "/World/Many.scales")]
+
+
+def test_left_handed_faces_are_turned_round(files: dict[str, Path]) -> None:
+    plain = meshes(read(files, "UsdPreviewSurface, diffuse"))[0]
+    turned = meshes(read(files, "leftHanded"))[0]
+    assert turned.corners[:4].tolist() == plain.corners[:4][[0, 3, 2, 1]].tolist()
+
+
+def lookup(scene: Scene, at: tuple[float, float]) -> Any:
+    """The texture's colour at the square's own coordinates ``at``, bilinear, by the scene's arrays alone."""
+    (mesh,) = meshes(scene)
+    assert mesh.uv is not None
+    origin, across, up = mesh.uv[0], mesh.uv[1] - mesh.uv[0], mesh.uv[3] - mesh.uv[0]
+    u, v = origin + at[0] * across + at[1] * up
+    texture = scene.textures[0]
+    height, width = texture.pixels.shape[:2]
+    x, y = u * width - 0.5, (1.0 - v) * height - 0.5
+    i, j = int(np.floor(x)), int(np.floor(y))
+    total = np.zeros(3)
+    for row, share_y in ((j, 1 - (y - j)), (j + 1, y - j)):
+        for column, share_x in ((i, 1 - (x - i)), (i + 1, x - i)):
+            r = row % height if texture.wrap_t == "repeat" else min(max(row, 0), height - 1)
+            c = column % width if texture.wrap_s == "repeat" else min(max(column, 0), width - 1)
+            total += share_x * share_y * texture.pixels[r, c]
+    return total
+
+
+def test_textures_are_looked_up_as_the_specification_says(files: dict[str, Path], tmp_path: Path) -> None:
+    plain = read(files, "coordinates called UVMap")
+    here = lookup(plain, (0.3, 0.4))
+    assert lookup(read(files, "scale and bias"), (0.3, 0.4)) == pytest.approx(0.5 * here + 0.2)
+    assert lookup(read(files, "wrap mirror"), (0.3, 0.4)) == pytest.approx(here)
+    assert lookup(read(files, "wrap mirror"), (1.3, 0.4)) == pytest.approx(lookup(plain, (0.7, 0.4)))
+    assert lookup(read(files, "wrap mirror"), (0.3, -0.4)) == pytest.approx(here)
+    assert lookup(read(files, "wrap black"), (0.3, 0.4)) == pytest.approx(here)
+    assert lookup(read(files, "wrap black"), (1.3, 0.4)) == pytest.approx([0, 0, 0])
+    assert lookup(read(files, "wrap black"), (1.0, 0.4)) == pytest.approx(
+        lookup(read(files, "wrap not said (useMetadata)"), (1.0, 0.4))
+    ), "half of it is black"
+    assert lookup(read(files, "missing file with a fallback"), (0.3, 0.4)) == pytest.approx([0.5, 0.2, 0.1])
+    turn = np.radians(30)
+    u, v = 0.3 * 2, 0.4 * 3
+    moved = u * np.cos(turn) - v * np.sin(turn) + 0.1, u * np.sin(turn) + v * np.cos(turn) + 0.2
+    assert lookup(read(files, "UsdTransform2d"), (0.3, 0.4)) == pytest.approx(lookup(plain, moved))
+
+
+def test_a_small_light_is_a_point_and_says_so(files: dict[str, Path]) -> None:
+    path = files["sphere light too small to tell from a point"]
+    remarks = survey_stage(path, "own", {}).remarks
+    assert [(each.kind, each.where) for each in remarks] == [("approximated", "/World/Light.treatAsPoint")]
+    warm = read(files, "point light with exposure and colour temperature").lights[0]
+    assert warm.intensity[0] > warm.intensity[2]
+    luminance = np.dot(warm.intensity, (0.2126, 0.7152, 0.0722))
+    assert luminance == pytest.approx(60 / 4 * 2, rel=1e-3), "its exposure doubles it, its colour changes no luminance"
+
+
+def test_adapting_keeps_the_light_of_what_it_makes_a_point(files: dict[str, Path], tmp_path: Path) -> None:
+    text = files["distant light with the sun's angle"].read_text("utf-8").replace("bool inputs:normalize = 1", "")
+    path = tmp_path / "sun.usda"
+    path.write_text(text, "utf-8")
+    made = adapt(path, tmp_path / "own.usda", {}, View())
+    assert made.survey.scene is not None
+    (sun,) = made.survey.scene.lights
+    assert sun.intensity[0] == pytest.approx(2 * np.pi * np.sin(np.radians(0.53 / 2)) ** 2, rel=1e-5)
+
+
+# --- check --------------------------------------------------------------------------------------------------------
+
+TEN = {
+    "BODY": "float horizontalApertureOffset = 1",
+    "two": f'{own.PLAIN_LIGHT}def RectLight "Area"\n{{\n}}\ndef DomeLight "Sky"\n{{\n}}\n',
+    "bulb": own.PLAIN_LIGHT.replace('"Light"', '"Bulb"').replace("bool treatAsPoint = 1", "float inputs:radius = 1"),
+    "look": "float inputs:metallic = 1\nfloat inputs:clearcoat = 1\ncolor3f inputs:emissiveColor = (1, 0, 0)",
+    "broken": own.mesh(own.SQUARE.replace("[4]", "[3]"), "Broken")
+    + own.mesh(own.SQUARE.replace("(1,1,0)", "(1,nan,0)"), "Nan"),
+}
+FAULTS = [
+    "/World/Area",
+    "/World/Broken.faceVertexIndices",
+    "/World/Bulb.treatAsPoint",
+    "/World/Camera.horizontalApertureOffset",
+    "/World/Look/Surface.inputs:clearcoat",
+    "/World/Look/Surface.inputs:emissiveColor",
+    "/World/Look/Surface.inputs:metallic",
+    "/World/Look/Surface.inputs:useSpecularWorkflow",
+    "/World/Nan.points",
+    "/World/Sky",
+]
+
+
+@pytest.fixture
+def ten(tmp_path: Path) -> Path:
+    feature = own.Feature(
+        "all",
+        "ten",
+        "refused",
+        shape=own.mesh(own.BOX) + TEN["broken"],
+        look=own.shader(TEN["look"]),
+        light=TEN["two"] + TEN["bulb"],
+        camera=own.CAMERA.replace("BODY", TEN["BODY"]),
+    )
+    path = tmp_path / "ten.usda"
+    path.write_text(feature.text, "utf-8")
+    return path
+
+
+def test_ten_faults_are_told_at_once(ten: Path) -> None:
+    with pytest.raises(ManyFaultsError) as caught:
+        read_stage(ten, "ten", {})
+    assert sorted(each.where for each in caught.value.errors) == FAULTS
+    assert "and 9 more" in str(caught.value)
+
+
+def test_check_prints_them_by_path_and_as_json(ten: Path) -> None:
+    result = CliRunner().invoke(app, ["check", str(ten), "--json"])
+    assert result.exit_code == 2
+    document = json.loads(result.stdout)
+    refused = [each for each in document["remarks"] if each["kind"] == "out of the contract"]
+    assert [each["where"] for each in refused] == FAULTS
+    assert not document["judged"]
+    shown = CliRunner().invoke(app, ["check", str(ten)])
+    assert [where for where in FAULTS if f"out of the contract: {where}" in shown.stdout] == FAULTS
+    assert "notabug adapt" in shown.stdout
+
+
+@pytest.mark.parametrize("words", [["run", "SCENE", "-r", "inhouse"], ["judge", "PICTURE", "--scene", "SCENE"]])
+def test_run_and_judge_print_the_same_list_once(
+    words: list[str], ten: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = [{"SCENE": str(ten), "PICTURE": "none.exr"}.get(word, word) for word in words]
+    with mock.patch.object(sys, "argv", ["notabug", *words]), pytest.raises(SystemExit) as ended:
+        main()
+    printed = capsys.readouterr()
+    assert ended.value.code == 2
+    assert [where for where in FAULTS if printed.err.count(f"{where}: ") == 1] == FAULTS
+    assert "Traceback" not in printed.err
+
+
+@pytest.mark.parametrize("text", ["", "#usda 1.0\ndef Xform {", "not USD"])
+def test_check_of_what_is_no_stage_is_one_line(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "bad.usda"
+    path.write_text(text, "utf-8")
+    result = CliRunner().invoke(app, ["check", str(path)])
+    assert result.exit_code == 2
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    assert "bad.usda" in result.stdout
+
+
+# --- adapt --------------------------------------------------------------------------------------------------------
+
+
+def test_adapt_edits_nothing_and_what_it_writes_is_judged(ten: Path, tmp_path: Path) -> None:
+    before = ten.read_bytes()
+    out = tmp_path / "own.usda"
+    result = CliRunner().invoke(app, ["adapt", str(ten), "--out", str(out)])
+    assert result.exit_code == 0, result.stdout
+    assert ten.read_bytes() == before
+    scene = read_stage(out, "own", {})
+    assert [each.path for each in scene.objects] == ["/World/Shape"], "what is broken is left out"
+    assert scene.card.artifact_class == "own"
+    assert {each.path for each in scene.lights} == {"/World/Light", "/World/Bulb"}
+    again = CliRunner().invoke(app, ["check", str(out)])
+    assert again.exit_code == 0, again.stdout
+
+
+def test_the_picture_can_be_chosen(files: dict[str, Path], tmp_path: Path) -> None:
+    path = files["two cameras, none named"]
+    made = adapt(path, path.with_name("side.usda"), {}, View(camera="/World/Side"), (64, 48))
+    assert made.survey.scene is not None
+    scene = made.survey.scene
+    assert (scene.camera.path, scene.width, scene.height) == ("/World/Side", 64, 48)
+    with pytest.raises(SelectionError, match="/World/Side"):
+        adapt(path, path.with_name("none.usda"), {}, View(camera="/World/None"))
+    path = files["variants without a selection"]
+    made = adapt(path, path.with_name("b.usda"), {"kind": "b"}, View())
+    assert made.survey.scene is not None
+    assert made.survey.scene.variants == {"kind": "b"}
+    path = files["render and proxy purposes"]
+    for purposes, expected in (({"render"}, "Shape"), ({"proxy"}, "Proxy")):
+        view = View(purposes=frozenset({"default", *purposes}))
+        made = adapt(path, path.with_name(f"{expected}.usda"), {}, view)
+        assert made.survey.scene is not None
+        assert [each.path for each in made.survey.scene.objects] == [f"/World/{expected}"]
+        assert [each.path for each in read_stage(path, "own", {}, view).objects] == [f"/World/{expected}"]
+
+
+def test_a_frame_is_frozen(files: dict[str, Path]) -> None:
+    path = files["animated transform"]
+    for time, expected in ((1.0, 0.0), (24.0, 1.0), (12.5, np.sqrt(0.5))):
+        made = adapt(path, path.with_name("frame.usda"), {}, View(time=time))
+        assert made.survey.scene is not None
+        assert made.survey.scene.objects[0].to_world[2, 0] == pytest.approx(expected, abs=1e-6)
+        seen = read_stage(path, "own", {}, View(time=time)).objects[0]
+        assert seen.to_world[2, 0] == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_scene_without_camera_and_light_gets_both(files: dict[str, Path], tmp_path: Path) -> None:
+    text = files["no camera"].read_text("utf-8").replace(own.PLAIN_LIGHT, "")
+    path = tmp_path / "bare.usda"
+    path.write_text(text, "utf-8")
+    made = adapt(path, tmp_path / "own.usda", {}, View())
+    scene = made.survey.scene
+    assert scene is not None
+    assert (scene.camera.path, scene.lights[0].path) == ("/notabug_camera", "/notabug_light")
+    (mesh,) = meshes(scene)
+    local = (mesh.points - scene.camera.to_world[3, :3]) @ scene.camera.to_world[:3, :3].T
+    assert (local[:, 2] < -scene.camera.near).all()
+    assert (np.abs(local[:, :2] / local[:, 2:]) < (scene.camera.tan_x, scene.camera.tan_y)).all(), "all of it is seen"
+    assert not [each for each in made.survey.remarks if each.kind == "out of the contract"]
+
+
+@pytest.mark.parametrize("nested", [False, True])
+def test_what_is_inside_an_instance_is_overruled(nested: bool, tmp_path: Path) -> None:
+    """The instance becomes a prim of its own: an opinion on what several share would have no place."""
+    look = own.shader(f"float inputs:metallic = 1\n{own.LAMBERT}").replace("/World/", "/Part/")
+    inner = own.mesh(own.BOX + own.NONE, bind="\n    rel material:binding = </Part/Look>")
+    (tmp_path / "part.usda").write_text(
+        f'#usda 1.0\n(defaultPrim = "Part")\ndef Xform "Part"\n{{\n{look}{inner}}}\n', "utf-8"
+    )
+    (tmp_path / "nested.usda").write_text(own.NESTED, "utf-8")
+    meta = own.INSTANCE.replace("part", "nested") if nested else own.INSTANCE
+    shape = own.moved("A", -1, "", meta) + own.moved("B", 1, "", meta)
+    path = tmp_path / "scene.usda"
+    path.write_text(own.Feature("", "", "adapted", shape=shape, look="").text, "utf-8")
+    before = survey_stage(path, "own", {})
+    assert [each.where.endswith("inputs:metallic") for each in before.remarks] == [True] * len(before.remarks)
+    made = adapt(path, tmp_path / "own.usda", {}, View())
+    assert made.survey.scene is not None
+    assert len(made.survey.scene.objects) == 2
+    assert any("not instanceable" in line for line in made.says)
+
+
+def test_what_the_layer_may_be_is_checked(ten: Path, tmp_path: Path) -> None:
+    (tmp_path / "deeper").mkdir()
+    for out, says in ((ten, "the scene itself"), (tmp_path / "deeper" / "own.usda", "below its own folder")):
+        result = CliRunner().invoke(app, ["adapt", str(ten), "--out", str(out)])
+        assert isinstance(result.exception, SelectionError)
+        assert says in str(result.exception)
+    (tmp_path / "bad.usda").write_text("no USD", "utf-8")
+    with pytest.raises(SceneError, match="cannot be opened"):
+        adapt(tmp_path / "bad.usda", tmp_path / "own.usda", {}, View())
