@@ -76,7 +76,6 @@ def child_job(scene: Scene) -> tuple[dict[str, Any], Arrays]:
     so a triangle is three indices into ``corners``, ``normals`` and ``uv``.
     """
     arrays: Arrays = {}
-    used = {shape.material for shape in scene.objects}
     return {
         "width": scene.width,
         "height": scene.height,
@@ -89,7 +88,6 @@ def child_job(scene: Scene) -> tuple[dict[str, Any], Arrays]:
         },
         "lights": [_light(light) for light in scene.lights],
         "materials": [{name: getattr(material, name) for name in _MATERIAL} for material in scene.materials],
-        "transparent": any(scene.materials[index].opacity < 1.0 for index in used),
         "textures": _textures(scene, arrays),
         "objects": [_object(index, shape, arrays) for index, shape in enumerate(scene.objects)],
     }, arrays

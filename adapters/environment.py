@@ -29,15 +29,23 @@ class Recipe:
 
     Attributes
     ----------
-    pins : by the version of Python (``3.13``, or ``""`` for any from 3.11 on), the requirements with their versions; of
-        several the first whose Python is found on the machine.
-    megabytes : that the environment takes on disk, roughly: measured.
-    licence : of the renderer, as its distribution states it.
+    requirements : every distribution that is installed, with its version: no other comes with them.
+    megabytes : that the environment takes on disk, measured on Linux.
+    licence : of the renderer.
+    python : the version of Python that the renderer needs ("3.13"), or "" for any from 3.11 on.
     """
 
-    pins: tuple[tuple[str, tuple[str, ...]], ...]
+    requirements: tuple[str, ...]
     megabytes: int
     licence: str
+    python: str = ""
+
+
+RECIPES: dict[str, Recipe] = {
+    "panda3d": Recipe(("panda3d==1.10.16", "numpy==2.4.6"), megabytes=330, licence="BSD-3-Clause"),
+    "vtk": Recipe(("vtk==9.7.2", "numpy==2.4.6"), megabytes=660, licence="BSD-3-Clause"),
+}
+"""By the name of the adapter, in alphabetical order."""
 
 
 def environment_folder(name: str) -> Path:

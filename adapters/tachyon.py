@@ -88,6 +88,7 @@ class Tachyon:
             noisy=False,
             samples=_side(quality) ** 2,
             ngon_split="02",
+            silhouette="keep",
             coincident="unknown",
             opacity_shadow="attenuate",
             coordinates="float64",

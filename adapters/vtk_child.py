@@ -17,7 +17,6 @@ import numpy as np
 
 _DEPTHS = {"fixed16": "Fixed16", "fixed24": "Fixed24", "float32": "Float32"}
 _LARGEST = 16384  # samples along an edge of the picture: Mesa's largest framebuffer
-_LAYERS = 64  # of transparent surfaces, one behind the other
 
 
 def main(folder: Path) -> None:
@@ -44,16 +43,8 @@ def _picture(job: dict[str, Any], arrays: dict[str, Any], width: int, height: in
     window.SetMultiSamples(0)
     window.SetSize(width, height)
     window.AddRenderer(renderer)
-    steps = gl.vtkRenderStepsPass()
-    if job["transparent"]:
-        peeling = gl.vtkDualDepthPeelingPass()
-        peeling.SetTranslucentPass(gl.vtkTranslucentPass())
-        peeling.SetMaximumNumberOfPeels(_LAYERS)
-        peeling.SetOcclusionRatio(0.0)
-        steps.SetTranslucentPass(peeling)
-        renderer.SetUseDepthPeeling(True)
     film = gl.vtkFramebufferPass()
-    film.SetDelegatePass(steps)
+    film.SetDelegatePass(gl.vtkRenderStepsPass())
     film.SetColorFormat(gl.vtkTextureObject.Float32)
     film.SetDepthFormat(getattr(gl.vtkTextureObject, _DEPTHS[job["depth"]]))
     renderer.SetPass(film)
@@ -139,7 +130,6 @@ def _actor(job: dict[str, Any], shape: dict[str, Any], arrays: dict[str, Any]) -
     look.SetSpecular(1.0 if any(material["specular"]) else 0.0)
     look.SetSpecularColor(*material["specular"])
     look.SetSpecularPower(material["exponent"])
-    look.SetOpacity(material["opacity"])
     if material["texture"] >= 0:
         actor.SetTexture(_texture(job["textures"][material["texture"]], arrays))
     return actor

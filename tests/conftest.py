@@ -18,6 +18,8 @@ from notabug.adapters.base import Adapter, RendererMissingError
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.opengl import OpenGL
 from notabug.adapters.povray import PovRay
+from notabug.adapters.tachyon import Tachyon
+from notabug.adapters.vtk import Vtk
 
 # The same examples each time, so that the test command gives the same answer twice. `make search` looks for others.
 hypothesis.settings.register_profile("same", derandomize=True, database=None, deadline=None)
@@ -64,3 +66,15 @@ def mitsuba() -> Mitsuba:
 def opengl() -> OpenGL:
     """The OpenGL adapter."""
     return _installed(OpenGL())
+
+
+@pytest.fixture(scope="session")
+def tachyon() -> Tachyon:
+    """The Tachyon adapter."""
+    return _installed(Tachyon())
+
+
+@pytest.fixture(scope="session")
+def vtk() -> Vtk:
+    """The VTK adapter."""
+    return _installed(Vtk())
