@@ -17,8 +17,8 @@ LEAST_GAIN = 4.0**-12
 def bracketed(shoot: Callable[[float], Floats], too_bright: Callable[[float], Exception]) -> Floats:
     """The picture as if the gain of the lights were 1 and the format had no end.
 
-    ``shoot`` draws with a gain and gives values in 0..1, 1 where they clip. ``too_bright`` makes the error for a picture
-    that clips even at the least gain, from one over that gain.
+    ``shoot`` draws with a gain and gives values in 0..1, 1 where they clip. ``too_bright`` makes the error for a
+    picture that clips even at the least gain, from one over that gain.
     """
     gain = 1.0
     pixels = shoot(gain)

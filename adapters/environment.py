@@ -42,7 +42,7 @@ class Recipe:
 
 
 RECIPES: dict[str, Recipe] = {
-    "panda3d": Recipe(("panda3d==1.10.16", "numpy==2.4.6"), megabytes=330, licence="BSD-3-Clause"),
+    "panda3d": Recipe(("panda3d==1.10.16", "numpy==2.4.6"), megabytes=270, licence="BSD-3-Clause"),
     "vtk": Recipe(("vtk==9.7.2", "numpy==2.4.6"), megabytes=660, licence="BSD-3-Clause"),
 }
 """By the name of the adapter, in alphabetical order."""

@@ -1,8 +1,8 @@
 """Panda3D: a game engine whose fixed-function OpenGL lights vertices, always in a child process.
 
-It is the one renderer here that interpolates colours (Gouraud 1971), over flat meshes as over smooth ones, and over the
-two triangles of each quad. Its highlights are Blinn's, cut off where N.L < 0 at a vertex. Without a graphics card Mesa's
-llvmpipe draws, in float32.
+It is the one renderer here that interpolates colours (Gouraud 1971), over flat meshes as over smooth ones, and over
+the two triangles of each quad. Its highlights are Blinn's, cut off where N.L < 0 at a vertex. Without a graphics card
+Mesa's llvmpipe draws, in float32.
 """
 
 from __future__ import annotations
@@ -45,7 +45,9 @@ class Panda3D:
     capabilities: frozenset[str] = frozenset(
         {"mesh", "normals", "uv", "texture", "point_light", "distant_light", "phong", "blinn", "coloured_highlight"}
     )
-    install: str = "notabug install panda3d, or pip install notabug[panda3d]; apt install libegl1 libgl1 libgl1-mesa-dri"
+    install: str = (
+        "notabug install panda3d, or pip install notabug[panda3d]; apt install libegl1 libgl1 libgl1-mesa-dri"
+    )
 
     def declaration(self, quality: Quality) -> Declaration:
         point = grid(quality) == 1

@@ -1,8 +1,8 @@
 """The process that Panda3D runs in: ``python -P panda3d_child.py FOLDER``; see ``child_job.py`` for what is in it.
 
 Panda3D's fixed-function OpenGL lights vertices, not pixels. The picture is read from a float32 framebuffer, which is
-not what a game shows: there it has 8 bits. OpenGL clamps the colours of vertices to 1, so the lights are dimmed until no
-vertex reaches that, and the picture is made as bright again.
+not what a game shows: there it has 8 bits. OpenGL clamps the colours of vertices to 1, so the lights are dimmed until
+no vertex reaches that, and the picture is made as bright again.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from notabug.adapters.base import Declaration, Found, Quality, Render, UnsupportedError
+from notabug.adapters.base import Declaration, Found, Quality, Render
 from notabug.adapters.child_job import Edit, Script
 from notabug.adapters.environment import environment_python, version_in
 from notabug.adapters.job_folder import picture_path
@@ -22,6 +22,7 @@ from notabug.adapters.textures import grow, shown_uv
 from notabug.adapters.zbuffer import grid
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Mesh, Scene
+
 
 @dataclass(frozen=True, slots=True)
 class Vtk:

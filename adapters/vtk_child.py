@@ -33,9 +33,9 @@ def main(folder: Path) -> None:
 
 def _picture(job: dict[str, Any], arrays: dict[str, Any], width: int, height: int) -> Any:
     """The samples (h, w, 3), top row first, from a framebuffer in float32."""
-    import vtkmodules.vtkRenderingOpenGL2 as gl
     from vtkmodules.vtkCommonCore import VTK_FLOAT
     from vtkmodules.vtkRenderingCore import vtkRenderWindow
+    from vtkmodules.vtkRenderingOpenGL2 import vtkFramebufferPass, vtkRenderStepsPass, vtkTextureObject
 
     renderer = _scene(job, arrays)
     window = vtkRenderWindow()  # VTK takes the first of GLX, EGL and its own Mesa that works
@@ -43,10 +43,10 @@ def _picture(job: dict[str, Any], arrays: dict[str, Any], width: int, height: in
     window.SetMultiSamples(0)
     window.SetSize(width, height)
     window.AddRenderer(renderer)
-    film = gl.vtkFramebufferPass()
-    film.SetDelegatePass(gl.vtkRenderStepsPass())
-    film.SetColorFormat(gl.vtkTextureObject.Float32)
-    film.SetDepthFormat(getattr(gl.vtkTextureObject, _DEPTHS[job["depth"]]))
+    film = vtkFramebufferPass()
+    film.SetDelegatePass(vtkRenderStepsPass())
+    film.SetColorFormat(vtkTextureObject.Float32)
+    film.SetDepthFormat(getattr(vtkTextureObject, _DEPTHS[job["depth"]]))
     renderer.SetPass(film)
     window.Render()
     texture = film.GetColorTexture()

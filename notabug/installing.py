@@ -66,13 +66,15 @@ def _install(name: str, recipe: Recipe, folder: Path, python: str, said: Console
             do="make room, or set NOTABUG_CACHE to a folder on another disk",
         )
     said.print(
-        f"{name}: {', '.join(recipe.requirements)} ({recipe.licence}), {recipe.megabytes} MB, into {folder}, with {base}",
+        f"{name}: {', '.join(recipe.requirements)} ({recipe.licence}), {recipe.megabytes} MB, into {folder}; {base}",
         markup=False,
         soft_wrap=True,
     )
     began = time.perf_counter()
     shutil.rmtree(folder, ignore_errors=True)  # what an installation left that was stopped, or of other versions
-    _step("the environment cannot be made", [base, "-m", "venv", str(folder)], name, "on Debian: apt install python3-venv")
+    _step(
+        "the environment cannot be made", [base, "-m", "venv", str(folder)], name, "on Debian: apt install python3-venv"
+    )
     pip = [str(interpreter(folder)), "-m", "pip", "install", "--no-deps", "--no-input", "--disable-pip-version-check"]
     _step("pip failed", [*pip, "--quiet", *recipe.requirements], name, "is the network there?")
     (folder / COMPLETE).write_text(json.dumps({"requirements": recipe.requirements}), "utf-8")

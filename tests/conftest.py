@@ -17,6 +17,7 @@ import pytest
 from notabug.adapters.base import Adapter, RendererMissingError
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.opengl import OpenGL
+from notabug.adapters.panda3d import Panda3D
 from notabug.adapters.povray import PovRay
 from notabug.adapters.tachyon import Tachyon
 from notabug.adapters.vtk import Vtk
@@ -66,6 +67,12 @@ def mitsuba() -> Mitsuba:
 def opengl() -> OpenGL:
     """The OpenGL adapter."""
     return _installed(OpenGL())
+
+
+@pytest.fixture(scope="session")
+def panda3d() -> Panda3D:
+    """The Panda3D adapter."""
+    return _installed(Panda3D())
 
 
 @pytest.fixture(scope="session")

@@ -37,9 +37,7 @@ def test_a_concave_face_is_a_fan_from_its_first_corner_whatever_its_shape(stage:
     arrow = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (0.6, -0.5, 0)], float)
     face = Mesh("/Arrow", arrow, np.array([4], np.int32), np.arange(4, dtype=np.int32), 0)
     scene = stage.scene([face], [stage.distant((0, 0, 1))], stage.camera((0, 0, 4.0)))
-    fan, sound = (
-        raster_picture(stage.replace(scene, objects=(split_ngons(face, cut),))) > 0 for cut in ("fan", "02")
-    )
+    fan, sound = (raster_picture(stage.replace(scene, objects=(split_ngons(face, cut),))) > 0 for cut in ("fan", "02"))
     assert (fan != sound).any(-1).sum() > 200
     assert ((stage.draw(vtk, scene) > 0) != fan).any(-1).sum() == 0
 
