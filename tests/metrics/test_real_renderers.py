@@ -110,17 +110,21 @@ def _no_highlights(job: Job, arrays: Arrays) -> None:
 
 MUTANTS: dict[str, tuple[str, Callable[[Job, Arrays], object], set[str]]] = {
     # scene, edit, names that are right ("unexplained" is always honest)
-    "missing_pi": ("calibration/plain_card", _light_times(math.pi), {"light_gain", "missing_pi", "pi_missing"}),
-    "half_pixel": ("calibration/card", _half_pixel, {"pixel_shift", "camera_moved"}),
-    "gamma_twice": ("calibration/plain_card", _gamma_in_colours, set()),
+    "missing_pi": ("calibration/plain_card", _light_times(math.pi), {"light_gain"}),
+    "half_pixel": ("calibration/card", _half_pixel, {"pixel_shift"}),
+    "gamma_twice": ("calibration/plain_card", _gamma_in_colours, {"gamma"}),
     "normals_upside_down": ("phong/interpolation", _normals_upside_down, {"normals_flipped"}),
     "uv_swapped": ("texture/perspective_floor", _uv_swapped, {"swapped_uv"}),
     "no_highlights": ("phong/interpolation", _no_highlights, {"specular_missing"}),
 }
 
+HIDDEN = "no_highlights"  # colours lit at corners hardly show a highlight
 
-@pytest.mark.parametrize("mutant", MUTANTS)
-@pytest.mark.parametrize("name", ["panda3d", "vtk"])
+
+@pytest.mark.parametrize(
+    ("name", "mutant"),
+    [(name, mutant) for name in ("panda3d", "vtk") for mutant in MUTANTS if (name, mutant) != ("panda3d", HIDDEN)],
+)
 def test_a_mutant_of_a_z_buffer_is_a_bug(studio: Any, request: pytest.FixtureRequest, name: str, mutant: str) -> None:
     scene, edit, names = MUTANTS[mutant]
     adapter = replace(request.getfixturevalue(name), edit=edit)
@@ -160,9 +164,9 @@ def _half_a_pixel_aside(text: str) -> str:
 TACHYON: dict[str, tuple[str, dict[str, Any], set[str]]] = {
     "no_shadows": ("terminator/sphere", {"shadows": False}, {"no_shadow"}),
     "missing_pi": ("calibration/plain_card", {"edit": _times("diffuse", math.pi)}, {"light_gain"}),
-    "half_pixel": ("calibration/plain_card", {"edit": _half_a_pixel_aside}, {"pixel_shift", "camera_moved"}),
+    "half_pixel": ("calibration/plain_card", {"edit": _half_a_pixel_aside}, {"pixel_shift"}),
     "exponent": ("phong/floor_lobes", {"edit": _times("phong_size", 1.3)}, {"exponent"}),
-    "gamma_twice": ("calibration/plain_card", {"edit": _gamma_in_the_text}, set()),
+    "gamma_twice": ("calibration/plain_card", {"edit": _gamma_in_the_text}, {"gamma"}),
 }
 
 
