@@ -42,10 +42,13 @@ class Script:
     keep_jobs: bool = False
     edit: Edit | None = None
 
-    def draw(self, scene: Scene, out: Path, quality: Quality, settings: Mapping[str, Any]) -> tuple[Floats, Ended]:
+    def draw(
+        self, scene: Scene, out: Path, quality: Quality, settings: Mapping[str, Any], *pictures: int
+    ) -> tuple[Floats, Ended]:
         """The picture (h, w, 3) that the script draws of ``scene``, and how the child ended.
 
-        ``settings`` are added to the job. Raises RendererError where there is no picture, or one of another size.
+        ``settings`` are added to the job. With a number of ``pictures`` the array is (pictures, h, w, 3). Raises
+        RendererError where there is no picture, or one of another size.
         """
         document, arrays = child_job(scene)
         document |= settings
@@ -63,7 +66,7 @@ class Script:
             ).check(self.name)
             picture = made_picture(folder / "picture.npy", where=self.name, log=ended.log)
             pixels = np.load(picture, allow_pickle=False)
-        if pixels.shape != (scene.height, scene.width, 3):
+        if pixels.shape != (*pictures, scene.height, scene.width, 3):
             raise failure(f"a picture of shape {pixels.shape}", where=self.name, log=ended.log)
         return pixels, ended
 

@@ -8,7 +8,7 @@ peeling into textures of 8 bits, so that an opacity of .25 comes back as 64/255.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -18,10 +18,10 @@ from notabug.adapters.environment import environment_python, version_in
 from notabug.adapters.job_folder import picture_path
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
-from notabug.adapters.textures import grow, shown_uv
+from notabug.adapters.textures import same_wraps
 from notabug.adapters.zbuffer import grid
 from notabug.scenes_usd.picture import write_exr
-from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.scene import Scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,34 +82,12 @@ class Vtk:
         threads = {"LP_NUM_THREADS": str(quality.threads)} if quality.threads else {}
         script = Script(self.name, self._python(), "vtk_child.py", threads, self.keep_jobs, self.edit)
         settings = {"grid": grid(quality), "depth": self.depth, "interpolation": self.interpolation}
-        pixels, ended = script.draw(_same_wraps(scene), out, quality, settings)
+        pixels, ended = script.draw(same_wraps(scene), out, quality, settings)
         write_exr(image, pixels, metadata={"Software": "VTK"})
         return (Render(image, seed, grid(quality) ** 2, ended.seconds, ended.command, ended.log),)
 
     def _python(self) -> str:
         return self.python or environment_python("vtk")
-
-
-def _same_wraps(scene: Scene) -> Scene:
-    """The scene with textures that are repeated, or clamped, on both axes: VTK has one setting for the two.
-
-    One that is clamped on one axis alone is repeated, with its border repeated as far as its uv reach.
-    """
-    for index, texture in enumerate(scene.textures):
-        if texture.wrap_s == texture.wrap_t:
-            continue
-        users = {place for place, material in enumerate(scene.materials) if material.texture == index}
-        grown = grow(texture, shown_uv(scene, index))
-        objects = tuple(
-            replace(shape, uv=shape.uv * grown.a + grown.b)
-            if isinstance(shape, Mesh) and shape.uv is not None and shape.material in users
-            else shape
-            for shape in scene.objects
-        )
-        repeated = replace(texture, pixels=grown.pixels, wrap_s="repeat", wrap_t="repeat")
-        textures = (*scene.textures[:index], repeated, *scene.textures[index + 1 :])
-        scene = replace(scene, objects=objects, textures=textures)
-    return scene
 
 
 register(Vtk())
