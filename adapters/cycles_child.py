@@ -64,7 +64,9 @@ def _settings(bpy: Any, scene: Any, job: dict[str, Any]) -> None:
     scene.render.engine = "CYCLES"
     cycles = scene.cycles
     cycles.device = "CPU"
-    cycles.samples = job["samples"]
+    # The first sample of a pixel is its centre whatever the seed, which would make seeds alike: it is left out.
+    cycles.samples = job["samples"] + 1
+    cycles.use_sample_subset, cycles.sample_offset, cycles.sample_subset_length = True, 1, job["samples"]
     cycles.use_adaptive_sampling = cycles.use_denoising = cycles.use_light_tree = False
     cycles.pixel_filter_type = "BOX"
     cycles.filter_width = _CENTRE if job["samples"] == 1 else 1.0

@@ -42,6 +42,16 @@ class Recipe:
 
 
 RECIPES: dict[str, Recipe] = {
+    "cycles": Recipe(
+        (
+            *("bpy==5.3.0", "numpy==2.5.5", "cython==3.3.1", "zstandard==0.25.0", "requests==2.34.2"),
+            *("urllib3==2.8.0", "idna==3.20", "certifi==2026.10.19.post1", "charset-normalizer==3.5.3"),
+            *("attrs==26.1.0", "cattrs==26.2.1", "typing_extensions==4.16.0"),
+        ),
+        megabytes=1050,
+        licence="GPL-3.0-or-later",
+        python="3.13",
+    ),
     "panda3d": Recipe(("panda3d==1.10.16", "numpy==2.4.6"), megabytes=270, licence="BSD-3-Clause"),
     "vtk": Recipe(("vtk==9.7.2", "numpy==2.4.6"), megabytes=660, licence="BSD-3-Clause"),
 }
