@@ -1,4 +1,4 @@
-"""The process that Cycles runs in: ``python -P cycles_child.py FOLDER``; see ``child_job.py`` for what is in the folder.
+"""The process that Cycles runs in: ``python -P cycles_child.py FOLDER``; see ``child_job.py`` for what is in it.
 
 Blender (bpy, GPL) is imported here and nowhere else, in a process and an environment of its own. ``picture.npy`` is
 (seeds, h, w, 3). Each light is drawn alone, and the pictures are added: Cycles chooses one light at random for each

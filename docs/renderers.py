@@ -25,8 +25,9 @@ def page(name: str, version: str, results: Sequence[Mapping[str, Any]]) -> str:
     """What ``results`` say of the renderer ``name``, as Markdown."""
     known = adapter(name)
     words = Counter(result["verdict"] for result in results)
-    seconds = sum(result["seconds"] or 0.0 for result in results if result["verdict"] != "unsupported")
+    in_renderer = sum(result["seconds"].get("render", 0.0) for result in results)
     drawn = sum(count for word, count in words.items() if word not in ("unsupported", "error"))
+    mean = in_renderer / max(1, drawn)
     told = ", ".join(f"{count} {word}" for word, count in words.most_common())
     declared = known.declaration(Quality())
     lines = [
@@ -34,7 +35,7 @@ def page(name: str, version: str, results: Sequence[Mapping[str, Any]]) -> str:
         "",
         "## What runs found",
         "",
-        f"Version {version}; {len(results)} scenes: {told}. {number(seconds / max(1, drawn))} s a scene in the renderer.",
+        f"Version {version}; {len(results)} scenes: {told}; {number(mean)} s a scene in the renderer.",
         "",
         f"Draws: {', '.join(sorted(known.capabilities))}.",
         "",
