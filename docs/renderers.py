@@ -5,6 +5,7 @@ What stands above the line ``MARK`` is written by hand and kept.
 
 from __future__ import annotations
 
+import math
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -30,6 +31,8 @@ def page(name: str, version: str, results: Sequence[Mapping[str, Any]]) -> str:
     mean = in_renderer / max(1, drawn)
     told = ", ".join(f"{count} {word}" for word, count in words.most_common())
     declared = known.declaration(Quality())
+    every = {field.name: getattr(declared, field.name) for field in fields(declared)}
+    stated = {name: value for name, value in every.items() if value not in ("unknown", "", -1.0, math.inf)}
     lines = [
         MARK,
         "",
@@ -41,7 +44,7 @@ def page(name: str, version: str, results: Sequence[Mapping[str, Any]]) -> str:
         "",
         "| declared | |",
         "|---|---|",
-        *(f"| {readable(field.name)} | {_value(getattr(declared, field.name))} |" for field in fields(declared)),
+        *(f"| {readable(name)} | {_value(value)} |" for name, value in stated.items()),
         "",
         "| scene | verdict | findings | area, px |",
         "|---|---|---|---|",
@@ -51,7 +54,7 @@ def page(name: str, version: str, results: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _value(value: object) -> str:
-    return number(value) if isinstance(value, float) else str(value) or "none"
+    return number(value) if isinstance(value, float) else str(value)
 
 
 def _row(result: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""``notabug install``: an environment below the cache and nothing outside it, the size told before, and no half of one."""
+"""``notabug install``: an environment below the cache and nothing outside it, with its size told before."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_a_step_that_fails_says_which_and_leaves_no_environment(
     odd = tmp_path / "python9.9"
     odd.write_text('#!/bin/sh\n[ "$1" = -c ] && echo 9.9 && exit 0\necho no such module >&2\nexit 1\n')
     odd.chmod(0o755)
-    with pytest.raises(InstallError, match="environment cannot be made.*no such module"):
+    with pytest.raises(InstallError, match=r"environment cannot be made.*no such module"):
         command("tiny", str(odd), remove=False)
     assert environment_python("tiny") == sys.executable
 
@@ -116,7 +116,7 @@ def test_too_little_room_is_said_before_anything_is_made(cache: Path, monkeypatc
 
 
 def test_a_name_that_is_not_known(cache: Path) -> None:
-    with pytest.raises(SelectionError, match="povray.*expected one of cycles, panda3d, vtk"):
+    with pytest.raises(SelectionError, match=r"povray.*expected one of cycles, panda3d, vtk"):
         command("povray", "", remove=False)
 
 
