@@ -15,6 +15,7 @@ import hypothesis
 import pytest
 
 from notabug.adapters.base import Adapter, RendererMissingError
+from notabug.adapters.cycles import Cycles
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.opengl import OpenGL
 from notabug.adapters.panda3d import Panda3D
@@ -67,6 +68,12 @@ def mitsuba() -> Mitsuba:
 def opengl() -> OpenGL:
     """The OpenGL adapter."""
     return _installed(OpenGL())
+
+
+@pytest.fixture(scope="session")
+def cycles() -> Cycles:
+    """The Cycles adapter."""
+    return _installed(Cycles())
 
 
 @pytest.fixture(scope="session")
