@@ -76,6 +76,8 @@ def interpreter(folder: Path) -> Path:
 
 def installed(folder: Path) -> tuple[str, ...]:
     """The requirements that the environment in ``folder`` was made from; () where it is not complete."""
+    if not interpreter(folder).exists():  # or the Python that it was made with is gone
+        return ()
     try:
         return tuple(json.loads((folder / COMPLETE).read_text("utf-8"))["requirements"])
     except (OSError, ValueError, KeyError, TypeError):

@@ -21,6 +21,7 @@ from notabug.scenes_usd.errors import NotabugError, SelectionError
 
 _SECONDS = 3600.0  # for the downloads
 _PROBE_SECONDS = 30.0
+LEAST = (3, 11)  # the first Python that has -P, with which child scripts are started
 _TELL = "import sys; print('%d.%d' % sys.version_info[:2])"
 _ROOM = 2.0  # times the size on disk: the wheel is there beside what is unpacked from it
 
@@ -96,12 +97,12 @@ def find_python(version: str, chosen: str = "") -> str:
         if path is None:
             continue
         ended = _run([path, "-c", _TELL], "python", _PROBE_SECONDS)
-        told = ended.log.strip().splitlines()[-1:] if not ended.exit else []
-        found += [f"{path} is {told[0] if told else 'none that runs'}"]
-        if told and (told[0] == version or not version):
+        told = ended.log.strip().splitlines()[-1] if not ended.exit and ended.log.strip() else ""
+        found.append(f"{path} is {told or 'none that runs'}")
+        if told and (told == version or (not version and tuple(map(int, told.split("."))) >= LEAST)):
             return path
     raise InstallError(
-        f"no Python {version or 'that runs'} on PATH",
+        f"no Python {version or 'from 3.11 on'} on PATH",
         where="install",
         got="; ".join(found) or ", ".join(names),
         do="install one (apt, pyenv, uv), and name it with --python PATH",

@@ -85,6 +85,8 @@ def test_what_was_stopped_half_way_does_not_count(cache: Path, monkeypatch: pyte
         assert installed(folder) == ()
     (folder / COMPLETE).write_text(json.dumps({"requirements": ["tiny==1"]}))
     assert installed(folder) == ("tiny==1",)
+    (folder / "bin" / "python").unlink()
+    assert installed(folder) == ()
 
 
 def test_a_step_that_fails_says_which_and_leaves_no_environment(
@@ -106,6 +108,14 @@ def test_a_python_that_is_missing_or_of_another_version(monkeypatch: pytest.Monk
     with pytest.raises(InstallError, match=r"is none that runs"):
         find_python("9.9", "/bin/false")
     assert find_python("") == sys.executable
+
+
+def test_an_interpreter_that_is_too_old_is_not_taken(tmp_path: Path) -> None:
+    old = tmp_path / "python"
+    old.write_text("#!/bin/sh\necho 3.9\n")
+    old.chmod(0o755)
+    with pytest.raises(InstallError, match=r"no Python from 3\.11 on .*python is 3\.9"):
+        find_python("", str(old))
 
 
 def test_too_little_room_is_said_before_anything_is_made(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
