@@ -99,7 +99,8 @@ def _gain(job: dict[str, Any], arrays: dict[str, Any]) -> float:
         for light in job["lights"]:
             square = 1.0
             if light["kind"] == "point":
-                square = max(float(((points - light["place"]) ** 2).sum(axis=1).min()), np.finfo(np.float32).tiny)
+                nearest = float(((points - light["place"]) ** 2).sum(axis=1).min())
+                square = max(nearest, float(np.finfo(np.float32).tiny))
             irradiance = irradiance + np.array(light["intensity"]) / square
         brightest = max(brightest, float((irradiance / math.pi * (diffuse + material["specular"])).max()))
     return min(1.0, _HEADROOM / brightest) if brightest > 0.0 else 1.0
@@ -119,7 +120,7 @@ def _mesh(core: Any, job: dict[str, Any], shape: dict[str, Any], arrays: dict[st
     vertices = core.GeomVertexData("vertices", core.GeomVertexFormat.getV3n3t2(), core.Geom.UHStatic)
     vertices.uncleanSetNumRows(len(corners))
     packed = np.ascontiguousarray(np.hstack([points, normals, uv]), np.float32)
-    memoryview(vertices.modifyArray(0)).cast("B").cast("f")[:] = memoryview(packed.ravel())
+    memoryview(vertices.modifyArray(0)).cast("B")[:] = packed.tobytes()
     triangles = core.GeomTriangles(core.Geom.UHStatic)
     triangles.addConsecutiveVertices(0, len(corners))
     triangles.closePrimitive()

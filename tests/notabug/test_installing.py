@@ -48,7 +48,7 @@ def wheel(tmp_path: Path) -> Path:
 
 
 def recipe(monkeypatch: pytest.MonkeyPatch, **changes: Any) -> Recipe:
-    given: dict[str, Any] = {"requirements": (), "megabytes": 30, "licence": "MIT"} | changes
+    given: dict[str, Any] = {"requirements": ("tiny==1",), "megabytes": 30, "licence": "MIT"} | changes
     made = Recipe(**given)
     monkeypatch.setitem(RECIPES, "tiny", made)
     return made
