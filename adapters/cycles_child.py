@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 _SENSOR = 36.0  # Blender's, in millimetres; only its ratio to the focal length counts
-_CENTRE = 0.01  # the width in pixels of a filter that takes pixel centres: Blender's least
 _CROSSED = 64  # surfaces of some opacity behind one another
 
 
@@ -64,12 +63,15 @@ def _settings(bpy: Any, scene: Any, job: dict[str, Any]) -> None:
     scene.render.engine = "CYCLES"
     cycles = scene.cycles
     cycles.device = "CPU"
-    # The first sample of a pixel is its centre whatever the seed, which would make seeds alike: it is left out.
-    cycles.samples = job["samples"] + 1
-    cycles.use_sample_subset, cycles.sample_offset, cycles.sample_subset_length = True, 1, job["samples"]
+    # The first sample of a pixel is its centre, whatever the seed and the filter. Alone it is what one sample is to be;
+    # of several it would make seeds alike, and is left out.
+    cycles.samples = job["samples"]
+    if job["samples"] > 1:
+        cycles.samples += 1
+        cycles.use_sample_subset, cycles.sample_offset, cycles.sample_subset_length = True, 1, job["samples"]
     cycles.use_adaptive_sampling = cycles.use_denoising = cycles.use_light_tree = False
     cycles.pixel_filter_type = "BOX"
-    cycles.filter_width = _CENTRE if job["samples"] == 1 else 1.0
+    cycles.filter_width = 1.0
     cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = 0
     cycles.transmission_bounces = cycles.volume_bounces = 0
     cycles.transparent_max_bounces = _CROSSED

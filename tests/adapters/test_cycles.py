@@ -16,14 +16,14 @@ from notabug.scenes_usd.scene import Texture
 
 @pytest.mark.slow
 def test_a_floor_under_two_lights_at_pixel_centres(stage: Any, cycles: Cycles) -> None:
-    """Light of two kinds and two colours: each is drawn alone, and nothing is chosen at random."""
+    """Light of two kinds: each is drawn alone, and nothing is chosen at random."""
     lights = [stage.point((0.5, 0.3, 2.0)), stage.distant((0.3, 0.2, 1.0), (2.0, 2.0, 2.0))]
     scene = stage.scene([stage.quad()], lights, stage.camera((0, -3, 4)), size=(32, 32))
     P, N = stage.on_plane(scene), np.array([0.0, 0.0, 1.0])
     expected = sum(0.8 / np.pi * E * cosine for E, cosine in (stage.lit(P, N, light) for light in lights))
     picture = stage.draw(cycles, scene)
-    assert np.abs(picture / expected[..., None] - 1.0).max() < 2e-3  # a filter .01 pixel wide
-    assert np.median(np.abs(picture / expected[..., None] - 1.0)) < 5e-4
+    assert np.abs(picture / expected[..., None] - 1.0).max() < 1e-4
+    assert np.median(np.abs(picture / expected[..., None] - 1.0)) < 5e-6
 
 
 @pytest.mark.slow
