@@ -32,6 +32,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Quality, UnsupportedError
+from notabug.adapters.spheres import centre_and_radius
 from notabug.adapters.textures import Grown, grow, shown_uv
 from notabug.scenes_usd.scene import Camera, Light, Material, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
@@ -152,7 +153,8 @@ def _object(scene: Scene, index: int, arrays: Arrays) -> dict[str, Any]:
     material = scene.materials[each.material]
     look = str(each.material)
     if isinstance(each, Sphere):
-        return {"kind": "sphere", "look": look, **_sphere(each)}
+        centre, radius = centre_and_radius(each)
+        return {"kind": "sphere", "look": look, "centre": centre, "radius": radius}
     said: dict[str, Any] = {"kind": "mesh", "look": look}
     corner = triangulate(each, "02").corner.ravel()
     parts: Arrays = {"points": each.points[each.corners[corner]]}
@@ -166,17 +168,3 @@ def _object(scene: Scene, index: int, arrays: Arrays) -> dict[str, Any]:
         said[part] = f"{part}{index}"
         arrays[said[part]] = np.ascontiguousarray(array, np.float32)
     return said
-
-
-def _sphere(sphere: Sphere) -> dict[str, Any]:
-    linear = sphere.to_world[:3, :3]
-    square = linear @ linear.T
-    scale = float(np.trace(square)) / 3.0
-    if np.abs(square - scale * np.eye(3)).max() > _SIMILAR * scale:
-        raise UnsupportedError(
-            "a sphere that is scaled unevenly or sheared",
-            where=sphere.path,
-            expected="rotation, translation and uniform scale",
-            do="use a renderer with ellipsoids (povray), or a mesh",
-        )
-    return {"centre": sphere.to_world[3, :3].tolist(), "radius": sphere.radius * math.sqrt(scale)}

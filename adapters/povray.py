@@ -17,12 +17,14 @@ import shutil
 import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError
+from notabug.adapters.base import Declaration, Found, Quality, Render, RendererError, RendererMissingError
+from notabug.adapters.bracketing import bracketed
 from notabug.adapters.job_folder import job_folder, picture_path
 from notabug.adapters.povray_scene import (
     MAX_TRACE_LEVEL,
@@ -38,9 +40,6 @@ from notabug.adapters.requirements import check_supported
 from notabug.scenes_usd.picture import PictureError, read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
 
-_STEP = 0.25  # of the lights, from one picture to the next while values clip
-_LEAST_GAIN = 4.0**-12
-_DIM = 1.0 / 16.0  # a picture below this is rendered again, brighter
 _NOT_STARTED = "Timed out waiting for worker thread startup"
 _STARTS = 4  # of POV-Ray, until one gets as far as drawing
 _OPTIONS = ("-D", "-P", "-V", "-A", "-C", "+FN16", "File_Gamma=1.0", "Dither=off", "Output_Alpha=off")
@@ -171,27 +170,17 @@ class _Shots:
     def bracketed(self, channel: int | None = None) -> npt.NDArray[np.float64]:
         """The picture (h, w, 3) with nothing clipped, as if every gain were 1; (h, w, 1) of one ``channel``."""
         side = _side(self.quality)
-        gain = 1.0
-        pixels = self._shoot(gain, channel)
-        peak = float(pixels.max())
-        if 0.0 < peak < _DIM:
-            gain = 2.0 ** math.floor(math.log2(0.9 / peak))
-            pixels = self._shoot(gain, channel) / gain
-        clipped = pixels * gain >= 1.0
-        while clipped.any():
-            gain *= _STEP
-            if gain < _LEAST_GAIN:
-                raise failure(
-                    f"pixels brighter than {1 / gain:.0f} everywhere the lights are dimmed",
-                    where=self.adapter.name,
-                    log=self.ended[-1].log,
-                    do="is a light on a surface?",
-                )
-            dimmed = self._shoot(gain, channel)
-            pixels = np.where(clipped, dimmed / gain, pixels)
-            clipped &= dimmed >= 1.0
+        pixels = bracketed(partial(self._shoot, channel=channel), self._too_bright)
         height, width = self.scene.height, self.scene.width
         return np.asarray(pixels.reshape(height, side, width, side, -1).mean(axis=(1, 3)))
+
+    def _too_bright(self, least: float) -> RendererError:
+        return failure(
+            f"pixels brighter than {least:.0f} everywhere the lights are dimmed",
+            where=self.adapter.name,
+            log=self.ended[-1].log,
+            do="is a light on a surface?",
+        )
 
     def _shoot(self, gain: float, channel: int | None) -> npt.NDArray[np.float64]:
         """One run of POV-Ray; (h * side, w * side, 3 or 1) values in 0..1, 1 where they clip."""

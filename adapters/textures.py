@@ -1,8 +1,8 @@
-"""Textures for renderers that only repeat: a clamped axis gets its border repeated as far as the uv reach."""
+"""Textures for renderers that cannot clamp an axis by itself: its border is repeated as far as the uv reach."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -47,6 +47,28 @@ def grow(texture: Texture, uv: Floats) -> Grown:
     grown = np.array([width + left + right, height + above + below], np.float64)
     pixels = np.ascontiguousarray(texture.pixels[rows][:, columns])
     return Grown(pixels, np.array([width, height]) / grown, np.array([left, below]) / grown)
+
+
+def same_wraps(scene: Scene) -> Scene:
+    """The scene with textures that are repeated, or clamped, on both axes.
+
+    One that is clamped on one axis alone is repeated, with its border repeated as far as its uv reach.
+    """
+    for index, texture in enumerate(scene.textures):
+        if texture.wrap_s == texture.wrap_t:
+            continue
+        users = {place for place, material in enumerate(scene.materials) if material.texture == index}
+        grown = grow(texture, shown_uv(scene, index))
+        objects = tuple(
+            replace(shape, uv=shape.uv * grown.a + grown.b)
+            if isinstance(shape, Mesh) and shape.uv is not None and shape.material in users
+            else shape
+            for shape in scene.objects
+        )
+        repeated = replace(texture, pixels=grown.pixels, wrap_s="repeat", wrap_t="repeat")
+        textures = (*scene.textures[:index], repeated, *scene.textures[index + 1 :])
+        scene = replace(scene, objects=objects, textures=textures)
+    return scene
 
 
 def _indices(size: int, at: Floats, wrap: str, texture: Texture) -> tuple[npt.NDArray[np.integer], int, int]:

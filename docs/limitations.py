@@ -22,7 +22,7 @@ ELSEWHERE = {
     "lobe_normalised_n2": "Mitsuba 0.6 normalises Phong's lobe so; POV-Ray and the shaders here do not normalise",
     "lobe_normalised_n8": "three.js normalises Blinn's lobe about so; POV-Ray and the shaders here do not normalise",
     "highlight_cosine": "three.js weights highlights by N.L; POV-Ray does not, Mitsuba and OpenGL get the scene's rule",
-    "gouraud_interpolation": "OpenGL's fixed pipeline interpolates colours; all renderers here interpolate normals",
+    "gouraud_interpolation": "OpenGL's fixed pipeline interpolates colours, as Panda3D does without shaders",
     "gouraud_pixel_shadows": "a shadow map over colours lit at corners, as games had; no renderer here has both",
     "gouraud_unshadowed": "OpenGL's fixed pipeline, which has no shadows; all renderers here interpolate normals",
     "lobe_normalised_n2over8": "a slip for (n + 8)/8 that shaders have copied; no renderer here normalises",

@@ -310,6 +310,18 @@ def doctor(as_json: Json = False) -> None:
 
 
 @app.command()
+def install(
+    name: Annotated[str, typer.Argument(help="The renderer; without one, what can be installed is listed.")] = "",
+    python: Annotated[str, typer.Option(help="The interpreter for it; default: one of the version it needs.")] = "",
+    remove: Annotated[bool, typer.Option("--remove", help="Remove its environment instead.")] = False,
+) -> None:
+    """Install a renderer into an environment of its own below the cache, and nothing anywhere else."""
+    from notabug.installing import command
+
+    raise typer.Exit(command(name, python, remove=remove))
+
+
+@app.command()
 def bench(
     what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,
     quick: Annotated[bool, typer.Option("--quick", help="A small sample (not of speed).")] = False,

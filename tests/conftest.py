@@ -15,9 +15,13 @@ import hypothesis
 import pytest
 
 from notabug.adapters.base import Adapter, RendererMissingError
+from notabug.adapters.cycles import Cycles
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.opengl import OpenGL
+from notabug.adapters.panda3d import Panda3D
 from notabug.adapters.povray import PovRay
+from notabug.adapters.tachyon import Tachyon
+from notabug.adapters.vtk import Vtk
 
 # The same examples each time, so that the test command gives the same answer twice. `make search` looks for others.
 hypothesis.settings.register_profile("same", derandomize=True, database=None, deadline=None)
@@ -64,3 +68,27 @@ def mitsuba() -> Mitsuba:
 def opengl() -> OpenGL:
     """The OpenGL adapter."""
     return _installed(OpenGL())
+
+
+@pytest.fixture(scope="session")
+def cycles() -> Cycles:
+    """The Cycles adapter."""
+    return _installed(Cycles())
+
+
+@pytest.fixture(scope="session")
+def panda3d() -> Panda3D:
+    """The Panda3D adapter."""
+    return _installed(Panda3D())
+
+
+@pytest.fixture(scope="session")
+def tachyon() -> Tachyon:
+    """The Tachyon adapter."""
+    return _installed(Tachyon())
+
+
+@pytest.fixture(scope="session")
+def vtk() -> Vtk:
+    """The VTK adapter."""
+    return _installed(Vtk())

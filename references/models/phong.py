@@ -92,8 +92,9 @@ def _interpolations(scene: Scene) -> Iterator[Model]:
     for meshes in (smooth, every) if 0 < len(smooth) < len(every) else (every,):
         everywhere = len(meshes) > len(smooth)
         ways = [cut for cut in CUTS if not cut or any((each.counts > 3).any() for each in meshes)]
+        which = () if len(smooth) == len(every) else (("gouraud_meshes", "all" if everywhere else "smooth"),)
         for name, shadows in GOURAUD.items():
-            yield from (_gouraud(name, shadows, cut, everywhere=everywhere, cuts=len(ways) > 1) for cut in ways)
+            yield from (_gouraud(name, shadows, cut, which, everywhere=everywhere, cuts=len(ways) > 1) for cut in ways)
     if smooth:
         yield Model(
             name="flat_interpolation",
@@ -120,8 +121,20 @@ _SHADOWED = {
 }
 
 
-def _gouraud(name: str, shadows: str, cut: Literal["", "02", "13"], *, everywhere: bool, cuts: bool) -> Model:
-    """Meshes with normals, or ``everywhere`` all, lit at their corners; ``cuts``: it shows whether quads are cut."""
+def _gouraud(
+    name: str,
+    shadows: str,
+    cut: Literal["", "02", "13"],
+    which: tuple[tuple[str, str], ...],
+    *,
+    everywhere: bool,
+    cuts: bool,
+) -> Model:
+    """Meshes with normals, or ``everywhere`` all, lit at their corners.
+
+    ``which`` is what must be declared where it shows that flat meshes are lit so, too. ``cuts``: it shows whether quads
+    are cut.
+    """
 
     def lit_at_corners(mesh: Mesh) -> Mesh:
         if mesh.normals is None:
@@ -143,7 +156,7 @@ def _gouraud(name: str, shadows: str, cut: Literal["", "02", "13"], *, everywher
         when=("interpolation", "gouraud"),
         also=(
             ("gouraud_shadows", shadows),
-            ("gouraud_meshes", "all" if everywhere else "smooth"),
+            *which,
             *((("ngon_split", cut),) if cuts else ()),
         ),
     )

@@ -90,7 +90,7 @@ def _cuts(scene: Scene) -> Iterator[Model]:
     folds = any(_folds(each) for each in scene.meshes)
     for each, how in _CUTS.items():
         if folds if each == "fan" else bends:
-            yield Model(
+            cut = Model(
                 name=f"quad_split_{each}",
                 kind="limitation",
                 claim=f"uv and normals are linear in {how}",
@@ -98,6 +98,9 @@ def _cuts(scene: Scene) -> Iterator[Model]:
                 edit=_splitter(each),
                 when=("ngon_split", each),
             )
+            yield cut
+            if each == "02" and not folds:  # a plain fan is the same cut; who declares nothing has it already
+                yield replace(cut, when=("ngon_split", "fan"), strict=True)
 
 
 def _drawn(scene: Scene) -> list[Mesh]:

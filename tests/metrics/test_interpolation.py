@@ -73,6 +73,13 @@ def test_each_interpolation_with_each_lobe(
     assert verdict_of(studio, adapter, scene, interpolation=other).word == "bug"
 
 
+@pytest.mark.parametrize("meshes", ["smooth", "all", "unknown"])
+def test_which_meshes_are_lit_at_corners_is_no_matter_where_all_are_smooth(studio: Any, meshes: str) -> None:
+    scene, adapter = small(studio, "phong/interpolation"), ZBuffer(normals="gouraud")
+    verdict = verdict_of(studio, adapter, scene, gouraud_meshes=meshes)
+    assert (verdict.word, [each.name for each in verdict.findings]) == ("limitation", ["gouraud_interpolation"])
+
+
 @pytest.mark.parametrize("interpolation", ["gouraud", "flat"])
 def test_no_interpolation_excuses_another_exponent(
     studio: Any, request: pytest.FixtureRequest, interpolation: str

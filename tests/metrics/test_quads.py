@@ -97,6 +97,15 @@ def test_a_flat_quads_cut_has_its_name_under_every_transform(
 
 
 @pytest.mark.parametrize("textured", [True, False])
+def test_a_fan_from_the_first_corner_is_the_cut_along_02_of_a_convex_quad(textured: bool, studio: Any) -> None:
+    flat = under(MATRICES["turned"], baked=True, textured=textured)
+    assert judged(studio, cut(flat, "02"), flat, ngon_split="fan") == ("limitation", ["quad_split_02"])
+    assert judged(studio, cut(flat, "13"), flat, ngon_split="fan")[0] == "bug"
+    bent = under(MATRICES["turned"], baked=True, textured=textured, bend=0.4)
+    assert judged(studio, cut(bent, "02"), bent, ngon_split="fan") == ("pass", [])
+
+
+@pytest.mark.parametrize("textured", [True, False])
 @pytest.mark.parametrize("name", ["plain", "turned", "sheared"])
 @pytest.mark.parametrize("bend", [0.003, 0.4])
 def test_a_bent_quad_is_its_fan_or_the_other_two_triangles(bend: float, name: str, textured: bool, studio: Any) -> None:

@@ -1,0 +1,37 @@
+"""Bracketing: pictures in a format that clips at 1, under lights of several gains, made into one that does not clip."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from notabug.scenes_usd.scene import Floats
+
+_STEP = 0.25  # of the lights, from one picture to the next while values clip
+_DIM = 1.0 / 16.0  # a picture below this is rendered again, brighter
+LEAST_GAIN = 4.0**-12
+
+
+def bracketed(shoot: Callable[[float], Floats], too_bright: Callable[[float], Exception]) -> Floats:
+    """The picture as if the gain of the lights were 1 and the format had no end.
+
+    ``shoot`` draws with a gain and gives values in 0..1, 1 where they clip. ``too_bright`` makes the error for a
+    picture that clips even at the least gain, from one over that gain.
+    """
+    gain = 1.0
+    pixels = shoot(gain)
+    peak = float(pixels.max())
+    if 0.0 < peak < _DIM:
+        gain = 2.0 ** math.floor(math.log2(0.9 / peak))
+        pixels = shoot(gain) / gain
+    clipped = pixels * gain >= 1.0
+    while clipped.any():
+        gain *= _STEP
+        if gain < LEAST_GAIN:
+            raise too_bright(1.0 / gain)
+        dimmed = shoot(gain)
+        pixels = np.where(clipped, dimmed / gain, pixels)
+        clipped &= dimmed >= 1.0
+    return pixels

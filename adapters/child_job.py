@@ -1,0 +1,133 @@
+"""A Scene as the job of a child script: plain numbers that a script can read without notabug.
+
+A renderer may live in an environment of its own, with another Python and without notabug. Its child script is run by
+its path as ``python -P SCRIPT FOLDER``. It reads ``job.json`` and ``arrays.npz`` from the folder, with nothing but the
+standard library, numpy and the renderer, and writes ``picture.npy``, (h, w, 3) linear float32, top row first.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from notabug.adapters.base import Quality
+from notabug.adapters.job_folder import job_folder
+from notabug.adapters.process import Ended, failure, made_picture, run_child
+from notabug.scenes_usd.scene import Floats, Light, Material, Object, Scene, Sphere
+from notabug.scenes_usd.triangulate import triangulate
+
+Arrays = dict[str, npt.NDArray[Any]]
+Edit = Callable[[dict[str, Any], Arrays], object]
+
+_MATERIAL = tuple(field.name for field in fields(Material) if field.name != "path")
+
+
+@dataclass(frozen=True, slots=True)
+class Script:
+    """How the child script of the adapter ``name`` is run: the interpreter, the script beside this file, settings.
+
+    ``edit`` is done to the job and its arrays before the script reads them: how faults are made.
+    """
+
+    name: str
+    python: str
+    script: str
+    environment: Mapping[str, str]
+    keep_jobs: bool = False
+    edit: Edit | None = None
+
+    def draw(
+        self, scene: Scene, out: Path, quality: Quality, settings: Mapping[str, Any], *pictures: int
+    ) -> tuple[Floats, Ended]:
+        """The picture (h, w, 3) that the script draws of ``scene``, and how the child ended.
+
+        ``settings`` are added to the job. With a number of ``pictures`` the array is (pictures, h, w, 3). Raises
+        RendererError where there is no picture, or one of another size.
+        """
+        document, arrays = child_job(scene)
+        document |= settings
+        if self.edit is not None:
+            self.edit(document, arrays)
+        with job_folder(out, self.name, keep=self.keep_jobs) as folder:
+            (folder / "job.json").write_text(json.dumps(document, allow_nan=False), "utf-8")
+            np.savez(folder / "arrays.npz", allow_pickle=False, **arrays)
+            ended = run_child(
+                [self.python, "-P", str(Path(__file__).with_name(self.script)), "."],
+                where=self.name,
+                folder=folder,
+                timeout=quality.timeout,
+                environment=self.environment,
+            ).check(self.name)
+            picture = made_picture(folder / "picture.npy", where=self.name, log=ended.log)
+            pixels = np.load(picture, allow_pickle=False)
+        if pixels.shape != (*pictures, scene.height, scene.width, 3):
+            raise failure(f"a picture of shape {pixels.shape}", where=self.name, log=ended.log)
+        return pixels, ended
+
+
+def child_job(scene: Scene) -> tuple[dict[str, Any], Arrays]:
+    """The job's JSON document, and the arrays that it names.
+
+    Everything is in world space and float64. Matrices act on row vectors. A mesh has its n-gons (``counts``,
+    ``corners``) as they are, and the same cut along 0-2 (``triangles``, (t, 3)): normals and uv belong to face corners,
+    so a triangle is three indices into ``corners``, ``normals`` and ``uv``.
+    """
+    arrays: Arrays = {}
+    return {
+        "width": scene.width,
+        "height": scene.height,
+        "camera": {
+            "to_world": scene.camera.to_world.tolist(),
+            "tan_x": scene.camera.tan_x,
+            "tan_y": scene.camera.tan_y,
+            "near": scene.camera.near,
+            "far": scene.camera.far,
+        },
+        "lights": [_light(light) for light in scene.lights],
+        "materials": [{name: getattr(material, name) for name in _MATERIAL} for material in scene.materials],
+        "textures": _textures(scene, arrays),
+        "objects": [_object(index, shape, arrays) for index, shape in enumerate(scene.objects)],
+    }, arrays
+
+
+def _light(light: Light) -> dict[str, Any]:
+    place = light.position if light.kind == "point" else light.direction
+    return {"kind": light.kind, "place": list(place), "intensity": list(light.intensity)}
+
+
+def _textures(scene: Scene, arrays: Arrays) -> list[dict[str, Any]]:
+    found = []
+    for index, texture in enumerate(scene.textures):
+        arrays[f"texture{index}"] = texture.pixels.astype(np.float32)
+        found.append({"pixels": f"texture{index}", "wrap": [texture.wrap_s, texture.wrap_t]})
+    return found
+
+
+def _object(index: int, shape: Object, arrays: Arrays) -> dict[str, Any]:
+    if isinstance(shape, Sphere):
+        return {
+            "kind": "sphere",
+            "material": shape.material,
+            "radius": shape.radius,
+            "to_world": shape.to_world.tolist(),
+        }
+    parts: dict[str, Any] = {
+        "points": shape.points,
+        "counts": shape.counts,
+        "corners": shape.corners,
+        "triangles": triangulate(shape, "02").corner,
+        "normals": shape.normals,
+        "uv": shape.uv,
+    }
+    said: dict[str, Any] = {"kind": "mesh", "material": shape.material}
+    for part, array in parts.items():
+        if array is not None:
+            said[part] = f"{part}{index}"
+            arrays[said[part]] = np.ascontiguousarray(array)
+    return said

@@ -1,0 +1,108 @@
+"""Cycles, Blender's path tracer, through its Python module bpy (GPL), in an environment and a process of its own.
+
+It draws direct light on Lambert surfaces. ``terminator_offset`` is Blender's own remedy for facets that shadow each
+other: 0.1 where nobody changes it, 0 here, so that the limitation is seen that it hides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from notabug.adapters.base import Declaration, Found, Quality, Render, UnsupportedError
+from notabug.adapters.child_job import Edit, Script
+from notabug.adapters.environment import environment_python, version_in
+from notabug.adapters.job_folder import picture_path
+from notabug.adapters.registry import register
+from notabug.adapters.requirements import check_supported
+from notabug.adapters.textures import same_wraps
+from notabug.scenes_usd.picture import write_exr
+from notabug.scenes_usd.scene import Camera, Scene
+
+DEFAULT_SAMPLES = 16
+_SQUARE = 1e-6  # relative deviation from square pixels: one that float32 cannot show
+
+
+@dataclass(frozen=True, slots=True)
+class Cycles:
+    """Cycles, by default 16 random samples a pixel under a box filter, for each seed; all seeds in one process.
+
+    With ``samples`` 1 it draws pixel centres, once.
+
+    Attributes
+    ----------
+    terminator_offset : Blender's ``shadow_terminator_geometry_offset``, of every object.
+    python : the interpreter that has bpy; by default that of ``notabug install cycles``, else this one.
+    keep_jobs : keep the folder with the job of every picture.
+    edit : what is done to the job before Cycles reads it; a fault to be detected, for tests.
+    """
+
+    name: str = "cycles"
+    terminator_offset: float = 0.0
+    python: str = ""
+    keep_jobs: bool = False
+    edit: Edit | None = None
+    capabilities: frozenset[str] = frozenset(
+        {"mesh", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "shadows"}
+    )
+    install: str = "notabug install cycles"
+
+    def declaration(self, quality: Quality) -> Declaration:
+        point = quality.samples == 1
+        return Declaration(
+            precision="float32",
+            filter="point" if point else "box",
+            radius=0.0 if point else 0.5,
+            quantum=2.0**-24,
+            relative_quantum=True,
+            noisy=not point,
+            samples=quality.samples or DEFAULT_SAMPLES,
+            ngon_split="02",
+            coincident="unknown",
+            opacity_shadow="attenuate",
+            texture_filter="bilinear",
+            coordinates="float32",
+        )
+
+    def find(self) -> Found:
+        python = self._python()
+        return Found(f"bpy {version_in(python, 'bpy', where=self.name, install=self.install)}", python)
+
+    def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        check_supported(self, scene)
+        _check_pixels(self.name, scene.camera, scene.width / scene.height)
+        self.find()
+        samples = quality.samples or DEFAULT_SAMPLES
+        seeds = (quality.seeds or (0,))[: 1 if samples == 1 else None]
+        images = [picture_path(out, self.name, seed) for seed in seeds]
+        script = Script(self.name, self._python(), "cycles_child.py", {}, self.keep_jobs, self.edit)
+        settings = {
+            "samples": samples,
+            "seeds": list(seeds),
+            "threads": quality.threads,
+            "terminator_offset": self.terminator_offset,
+        }
+        pictures, ended = script.draw(same_wraps(scene), out, quality, settings, len(seeds))
+        for image, pixels in zip(images, pictures, strict=True):
+            write_exr(image, pixels, metadata={"Software": "Cycles"})
+        share = ended.seconds / len(seeds)
+        return tuple(
+            Render(image, seed, samples, share, ended.command, ended.log)
+            for image, seed in zip(images, seeds, strict=True)
+        )
+
+    def _python(self) -> str:
+        return self.python or environment_python("cycles")
+
+
+def _check_pixels(name: str, camera: Camera, aspect: float) -> None:
+    if abs(camera.tan_y * aspect / camera.tan_x - 1.0) > _SQUARE:
+        raise UnsupportedError(
+            "pixels that are not square",
+            where=f"adapter {name!r}",
+            expected=f"an aperture {aspect:g} times as wide as high",
+            got=f"{camera.tan_x / camera.tan_y:g}",
+        )
+
+
+register(Cycles())

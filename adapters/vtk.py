@@ -1,0 +1,93 @@
+"""VTK: the z-buffer of scientific visualisation, through its Python package, always in a child process.
+
+VTK's own shaders are judged, in float32 and without a window. Without a graphics card Mesa's llvmpipe draws. Highlights
+are Phong's R.V, neither normalised nor weighted. N-gons go in as they are, and VTK makes a fan from the first corner.
+VTK 9 has no Gouraud: ``SetInterpolationToGouraud`` draws as Phong does. Transparency is left out: VTK sorts it by depth
+peeling into textures of 8 bits, so that an opacity of .25 comes back as 64/255.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from notabug.adapters.base import Declaration, Found, Quality, Render
+from notabug.adapters.child_job import Edit, Script
+from notabug.adapters.environment import environment_python, version_in
+from notabug.adapters.job_folder import picture_path
+from notabug.adapters.registry import register
+from notabug.adapters.requirements import check_supported
+from notabug.adapters.textures import same_wraps
+from notabug.adapters.zbuffer import grid
+from notabug.scenes_usd.picture import write_exr
+from notabug.scenes_usd.scene import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Vtk:
+    """VTK on OpenGL: pixel centres by default, a regular grid for more samples; no shadows.
+
+    Attributes
+    ----------
+    depth : format of the depth buffer.
+    interpolation : over smooth meshes: normals, or nothing.
+    python : the interpreter that has vtk; by default that of ``notabug install vtk``, else this one.
+    keep_jobs : keep the folder with the job of every picture.
+    edit : what is done to the job before VTK reads it; a fault to be detected, for tests.
+    """
+
+    name: str = "vtk"
+    depth: Literal["fixed16", "fixed24", "float32"] = "fixed24"
+    interpolation: Literal["phong", "flat"] = "phong"
+    python: str = ""
+    keep_jobs: bool = False
+    edit: Edit | None = None
+    capabilities: frozenset[str] = frozenset(
+        {"mesh", "normals", "uv", "texture", "point_light", "distant_light", "phong", "coloured_highlight"}
+    )
+    install: str = "notabug install vtk, or pip install notabug[vtk]; apt install libegl1 libgl1 libgl1-mesa-dri"
+
+    def declaration(self, quality: Quality) -> Declaration:
+        point = grid(quality) == 1
+        return Declaration(
+            hit_error=0.0,
+            precision="float32",
+            filter="point" if point else "box",
+            radius=0.0 if point else 0.5,
+            quantum=2.0**-24,
+            relative_quantum=True,
+            noisy=False,
+            samples=grid(quality) ** 2,
+            ngon_split="fan",
+            silhouette="keep",
+            depth=self.depth,
+            coincident="unknown",
+            interpolation=self.interpolation,
+            gouraud_shadows="none",
+            texture_filter="bilinear",
+            coordinates="unknown",  # VTK moves float64 points far off to the origin before it makes them float32
+            shadows="none",
+        )
+
+    def find(self) -> Found:
+        python = self._python()
+        return Found(version_in(python, "vtk", where=self.name, install=self.install), python)
+
+    def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        check_supported(self, scene)
+        self.find()
+        seed = quality.seeds[0] if quality.seeds else 0
+        image = picture_path(out, self.name, seed)
+        threads = {"LP_NUM_THREADS": str(quality.threads)} if quality.threads else {}
+        script = Script(self.name, self._python(), "vtk_child.py", threads, self.keep_jobs, self.edit)
+        settings = {"grid": grid(quality), "depth": self.depth, "interpolation": self.interpolation}
+        pixels, ended = script.draw(same_wraps(scene), out, quality, settings)
+        write_exr(image, pixels, metadata={"Software": "VTK"})
+        return (Render(image, seed, grid(quality) ** 2, ended.seconds, ended.command, ended.log),)
+
+    def _python(self) -> str:
+        return self.python or environment_python("vtk")
+
+
+register(Vtk())

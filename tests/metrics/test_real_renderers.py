@@ -1,0 +1,179 @@
+"""Renderers that nobody here wrote, beside POV-Ray and Mitsuba: each passes the card, and its mutants are bugs.
+
+A mutant is the renderer with an edited scene text or job: a coding error that its own code, or our adapter, could have.
+Pictures are small: it takes a tenth of the pixels to see these.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from notabug.adapters.base import Adapter, Quality
+from notabug.adapters.child_job import Arrays
+from notabug.adapters.tachyon import Tachyon
+from notabug.metrics.verdict import Verdict
+from notabug.scenes_usd.scene import Scene
+
+RENDERERS = ("panda3d", "tachyon", "vtk")
+Job = dict[str, Any]
+
+
+def small(studio: Any, name: str, **variants: str) -> Scene:
+    return replace(studio.scene(name, **variants), width=96, height=96)
+
+
+def verdict_of(studio: Any, adapter: Adapter, scene: Scene, **declared: Any) -> Verdict:
+    declaration = replace(adapter.declaration(Quality()), **declared)
+    found: Verdict = studio.verdict(studio.draw(adapter, scene), scene, declaration)
+    return found
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_the_plain_card_passes(studio: Any, request: pytest.FixtureRequest, name: str) -> None:
+    verdict = verdict_of(studio, request.getfixturevalue(name), small(studio, "calibration/plain_card"))
+    assert (verdict.word, verdict.findings, verdict.triggers) == ("pass", (), ())
+
+
+@pytest.mark.parametrize("name", ["panda3d", "vtk"])
+def test_the_card_with_a_texture_passes(studio: Any, request: pytest.FixtureRequest, name: str) -> None:
+    verdict = verdict_of(studio, request.getfixturevalue(name), small(studio, "calibration/card"))
+    assert (verdict.word, verdict.findings, verdict.triggers) == ("pass", (), ())
+
+
+# ---- what they do differently is named
+
+
+@pytest.mark.parametrize(
+    ("name", "scene", "limitations"),
+    [
+        ("panda3d", "phong/interpolation", ["gouraud_interpolation", "lobe_blinn"]),
+        ("panda3d", "separation/t_highlight", ["gouraud_interpolation"]),
+        ("tachyon", "terminator/sphere", ["facet_self_shadow"]),
+        ("vtk", "texture/uneven_quad", ["quad_split_02"]),
+    ],
+)
+def test_a_limitation_has_its_name(
+    studio: Any, request: pytest.FixtureRequest, name: str, scene: str, limitations: list[str]
+) -> None:
+    verdict = verdict_of(studio, request.getfixturevalue(name), small(studio, scene))
+    assert (verdict.word, sorted(finding.name for finding in verdict.findings)) == ("limitation", limitations)
+
+
+# ---- mutants of the renderers that read a job
+
+
+def _light_times(factor: float) -> Callable[[Job, Arrays], object]:
+    def edit(job: Job, arrays: Arrays) -> None:
+        for light in job["lights"]:
+            light["intensity"] = [factor * value for value in light["intensity"]]
+
+    return edit
+
+
+def _half_pixel(job: Job, arrays: Arrays) -> None:
+    """The camera is turned about its own up axis, until the middle of the picture has moved by half a pixel."""
+    angle = math.atan(job["camera"]["tan_x"] / job["width"])
+    turn = np.eye(4)
+    turn[[0, 0, 2, 2], [0, 2, 0, 2]] = math.cos(angle), -math.sin(angle), math.sin(angle), math.cos(angle)
+    job["camera"]["to_world"] = (turn @ np.array(job["camera"]["to_world"])).tolist()
+
+
+def _gamma_in_colours(job: Job, arrays: Arrays) -> None:
+    """Colours that are linear are taken for sRGB, and decoded once more."""
+    for material in job["materials"]:
+        material["diffuse"] = [value**2.2 for value in material["diffuse"]]
+
+
+def _normals_upside_down(job: Job, arrays: Arrays) -> None:
+    for shape in job["objects"]:
+        if "normals" in shape:
+            arrays[shape["normals"]] = -arrays[shape["normals"]]
+
+
+def _uv_swapped(job: Job, arrays: Arrays) -> None:
+    for shape in job["objects"]:
+        if "uv" in shape:
+            arrays[shape["uv"]] = np.ascontiguousarray(arrays[shape["uv"]][:, ::-1])
+
+
+def _no_highlights(job: Job, arrays: Arrays) -> None:
+    for material in job["materials"]:
+        material["specular"] = [0.0, 0.0, 0.0]
+
+
+MUTANTS: dict[str, tuple[str, Callable[[Job, Arrays], object], set[str]]] = {
+    # scene, edit, names that are right ("unexplained" is always honest)
+    "missing_pi": ("calibration/plain_card", _light_times(math.pi), {"light_gain"}),
+    "half_pixel": ("calibration/card", _half_pixel, {"pixel_shift"}),
+    "gamma_twice": ("calibration/plain_card", _gamma_in_colours, {"gamma"}),
+    "normals_upside_down": ("phong/interpolation", _normals_upside_down, {"normals_flipped"}),
+    "uv_swapped": ("texture/perspective_floor", _uv_swapped, {"swapped_uv"}),
+    "no_highlights": ("phong/interpolation", _no_highlights, {"specular_missing"}),
+}
+
+HIDDEN = "no_highlights"  # colours lit at corners hardly show a highlight
+
+
+@pytest.mark.parametrize(
+    ("name", "mutant"),
+    [(name, mutant) for name in ("panda3d", "vtk") for mutant in MUTANTS if (name, mutant) != ("panda3d", HIDDEN)],
+)
+def test_a_mutant_of_a_z_buffer_is_a_bug(studio: Any, request: pytest.FixtureRequest, name: str, mutant: str) -> None:
+    scene, edit, names = MUTANTS[mutant]
+    adapter = replace(request.getfixturevalue(name), edit=edit)
+    verdict = verdict_of(studio, adapter, small(studio, scene))
+    print(f"\n{name} {mutant}: {verdict.word} {[finding.name for finding in verdict.findings]}")
+    assert verdict.word == "bug"
+    assert verdict.findings[0].name in names | {"unexplained"}
+
+
+# ---- mutants of Tachyon, which reads a text
+
+
+def _times(pattern: str, factor: float) -> Callable[[str], str]:
+    """Multiply the number that follows ``pattern``."""
+    return lambda text: re.sub(f"({pattern}) (\\S+)", lambda match: f"{match[1]} {float(match[2]) * factor!r}", text)
+
+
+def _gamma_in_the_text(text: str) -> str:
+    """Colours that are linear are taken for sRGB, and decoded once more."""
+
+    def decoded(match: re.Match[str]) -> str:
+        return f"color {' '.join(repr(float(value) ** 2.2) for value in match[1].split())} texfunc"
+
+    return re.sub("color ([^a-z]*) texfunc", decoded, text)
+
+
+def _half_a_pixel_aside(text: str) -> str:
+    """The camera looks half a pixel of 96 to its right."""
+    looks, ups, zoom = (
+        np.array(re.search(f"^{word} (.*)$", text, re.MULTILINE)[1].split(), float)  # type: ignore[index]
+        for word in ("viewdir", "updir", "zoom")
+    )
+    turned = looks + np.cross(looks, ups) * 0.5 / zoom[0] / 96
+    return re.sub("viewdir .*", "viewdir " + " ".join(map(repr, turned.tolist())), text)
+
+
+TACHYON: dict[str, tuple[str, dict[str, Any], set[str]]] = {
+    "no_shadows": ("terminator/sphere", {"shadows": False}, {"no_shadow"}),
+    "missing_pi": ("calibration/plain_card", {"edit": _times("diffuse", math.pi)}, {"light_gain"}),
+    "half_pixel": ("calibration/plain_card", {"edit": _half_a_pixel_aside}, {"pixel_shift"}),
+    "exponent": ("phong/floor_lobes", {"edit": _times("phong_size", 1.3)}, {"exponent"}),
+    "gamma_twice": ("calibration/plain_card", {"edit": _gamma_in_the_text}, {"gamma"}),
+}
+
+
+@pytest.mark.parametrize("mutant", TACHYON)
+def test_a_mutant_of_tachyon_is_a_bug(studio: Any, tachyon: Tachyon, mutant: str) -> None:
+    scene, changes, names = TACHYON[mutant]
+    verdict = verdict_of(studio, replace(tachyon, **changes), small(studio, scene))
+    print(f"\ntachyon {mutant}: {verdict.word} {[finding.name for finding in verdict.findings]}")
+    assert verdict.word == "bug"
+    assert verdict.findings[0].name in names | {"unexplained"}

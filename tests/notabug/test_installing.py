@@ -1,0 +1,143 @@
+"""``notabug install``: an environment below the cache and nothing outside it, with its size told before."""
+
+from __future__ import annotations
+
+import json
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import notabug.installing
+from notabug.adapters.environment import (
+    COMPLETE,
+    RECIPES,
+    Recipe,
+    environment_folder,
+    environment_python,
+    installed,
+    version_in,
+)
+from notabug.adapters.registry import adapters
+from notabug.installing import InstallError, command, find_python
+from notabug.scenes_usd.errors import SelectionError
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def wheel(tmp_path: Path) -> Path:
+    """A distribution of one module, as pip takes it."""
+    path = tmp_path / "tiny_renderer-1.5-py3-none-any.whl"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("tiny_renderer.py", "WHITE = 1.0\n")
+        archive.writestr(
+            "tiny_renderer-1.5.dist-info/METADATA", "Metadata-Version: 2.1\nName: tiny-renderer\nVersion: 1.5\n"
+        )
+        archive.writestr(
+            "tiny_renderer-1.5.dist-info/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
+        )
+        archive.writestr("tiny_renderer-1.5.dist-info/RECORD", "")
+    return path
+
+
+def recipe(monkeypatch: pytest.MonkeyPatch, **changes: Any) -> Recipe:
+    given: dict[str, Any] = {"requirements": ("tiny==1",), "megabytes": 30, "licence": "MIT"} | changes
+    made = Recipe(**given)
+    monkeypatch.setitem(RECIPES, "tiny", made)
+    return made
+
+
+@pytest.mark.slow
+def test_an_environment_is_made_found_and_removed(
+    cache: Path, wheel: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recipe(monkeypatch, requirements=(str(wheel),))
+    assert environment_python("tiny") == sys.executable
+    before = {path for path in cache.parent.iterdir() if path != cache}
+    assert command("tiny", "", remove=False) == 0
+    said = capsys.readouterr().err
+    assert said.index("30 MB") < said.index("installed in")
+    assert {path for path in cache.parent.iterdir() if path != cache} == before
+    python = environment_python("tiny")
+    assert Path(python).is_relative_to(cache)
+    assert version_in(python, "tiny-renderer", where="tiny", install="") == "1.5"
+    assert command("tiny", "", remove=False) == 0
+    assert "already in" in capsys.readouterr().err
+    assert command("tiny", "", remove=True) == 0
+    assert not environment_folder("tiny").exists()
+    assert environment_python("tiny") == sys.executable
+
+
+def test_what_was_stopped_half_way_does_not_count(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = environment_folder("tiny")
+    (folder / "bin").mkdir(parents=True)
+    (folder / "bin" / "python").touch()
+    assert environment_python("tiny") == sys.executable
+    for broken in ("", "[]", "{", '{"requirements": null}'):
+        (folder / COMPLETE).write_text(broken)
+        assert installed(folder) == ()
+    (folder / COMPLETE).write_text(json.dumps({"requirements": ["tiny==1"]}))
+    assert installed(folder) == ("tiny==1",)
+    (folder / "bin" / "python").unlink()
+    assert installed(folder) == ()
+
+
+def test_a_step_that_fails_says_which_and_leaves_no_environment(
+    cache: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The interpreter makes no environment: it only says which version it is."""
+    recipe(monkeypatch, requirements=("tiny==1",), python="9.9")
+    odd = tmp_path / "python9.9"
+    odd.write_text('#!/bin/sh\n[ "$1" = -c ] && echo 9.9 && exit 0\necho no such module >&2\nexit 1\n')
+    odd.chmod(0o755)
+    with pytest.raises(InstallError, match=r"environment cannot be made.*no such module"):
+        command("tiny", str(odd), remove=False)
+    assert environment_python("tiny") == sys.executable
+
+
+def test_a_python_that_is_missing_or_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InstallError, match=r"no Python 9\.9 on PATH.*--python PATH"):
+        find_python("9.9")
+    with pytest.raises(InstallError, match=r"is none that runs"):
+        find_python("9.9", "/bin/false")
+    assert find_python("") == sys.executable
+
+
+def test_an_interpreter_that_is_too_old_is_not_taken(tmp_path: Path) -> None:
+    old = tmp_path / "python"
+    old.write_text("#!/bin/sh\necho 3.9\n")
+    old.chmod(0o755)
+    with pytest.raises(InstallError, match=r"no Python from 3\.11 on .*python is 3\.9"):
+        find_python("", str(old))
+
+
+def test_too_little_room_is_said_before_anything_is_made(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    recipe(monkeypatch, megabytes=10**9)
+    with pytest.raises(InstallError, match="not enough room"):
+        command("tiny", "", remove=False)
+    assert not environment_folder("tiny").exists()
+
+
+def test_a_name_that_is_not_known(cache: Path) -> None:
+    with pytest.raises(SelectionError, match=r"povray.*expected one of cycles, panda3d, vtk"):
+        command("povray", "", remove=False)
+
+
+def test_every_recipe_is_of_an_adapter_and_pinned() -> None:
+    known = adapters()
+    for name, each in RECIPES.items():
+        assert f"notabug install {name}" in known[name].install
+        assert all(requirement.count("==") == 1 for requirement in each.requirements)
+
+
+def test_the_list_names_sizes(capsys: pytest.CaptureFixture[str], cache: Path) -> None:
+    assert notabug.installing.command("", "", remove=False) == 0
+    said = capsys.readouterr().out
+    assert all(f"{each.megabytes} MB" in said for each in RECIPES.values())
