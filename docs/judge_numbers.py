@@ -11,6 +11,7 @@ import importlib
 import re
 import sys
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +78,8 @@ def literals(name: str) -> Iterator[tuple[str, Any]]:
                     yield f"{name}: {shown(value)}", value
 
 
-def found() -> dict[str, str]:
+@cache
+def found() -> Mapping[str, str]:
     """Every number that decides, by the name of its row: its value as the page shows it."""
     files = sorted(each.stem for each in FOLDER.glob("*.py"))
     result: dict[str, str] = {}
@@ -100,7 +102,7 @@ def of_models(row: str) -> str | None:
 def faults(text: str) -> list[str]:
     """What is wrong with the page ``text``, a sentence each."""
     rows = dict(ROW.findall(text))
-    known = found()
+    known = dict(found())
     known |= {row: value for row in rows if row.startswith("references.") and (value := of_models(row)) is not None}
     told = [f"`{row}` has no row: add one with its unit, meaning and source" for row in known.keys() - rows.keys()]
     told += [f"`{row}` is no longer in the code: take its row out" for row in rows.keys() - known.keys()]

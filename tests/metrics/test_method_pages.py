@@ -6,6 +6,7 @@ import ast
 import importlib
 import importlib.util
 import re
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -37,6 +38,7 @@ def numbers() -> ModuleType:
     return module
 
 
+@cache
 def head(name: str) -> str:
     """The first line of the docstring of metrics/``name``.py."""
     return (ast.get_docstring(ast.parse((ROOT / "metrics" / f"{name}.py").read_text("utf-8"))) or "").split("\n")[0]
