@@ -118,3 +118,25 @@ def test_the_pixel_that_is_followed_has_these_values() -> None:
     assert np.all(limited.value[86, 144] == 0.0)
     assert float(to.value[100, 40, 0]) == pytest.approx(0.22380, abs=5e-6)
     assert float(to.tau[100, 40, 0]) == pytest.approx(0.00125, abs=5e-6)
+
+
+PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")))
+LATER = frozenset({"reliability.md"})  # may be missing: it is written elsewhere
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda each: each.relative_to(ROOT).as_posix())
+def test_files_and_headings_that_a_page_names_are_there(page: Path) -> None:
+    text = re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.M | re.S)
+    floors = "scenes_usd|references|adapters|metrics|notabug|tests|docs"
+    named = re.findall(rf"`((?:{floors})/[\w/.]*(?:/|\.\w+))`", text)
+    gone = [each for each in named if not (ROOT / each).exists()]
+    for target, anchor in re.findall(r"\]\((?!https?:)([^)#\s]*)(?:#([^)\s]*))?\)", text):
+        there = page.parent / target if target else page
+        if not there.exists():
+            gone += [target] if there.name not in LATER else []
+        elif anchor:
+            headings = re.findall(r"^#+ (.*)$", there.read_text("utf-8"), re.M)
+            gone += [anchor] * (
+                anchor not in {re.sub(r"[^\w -]", "", each.lower()).replace(" ", "-") for each in headings}
+            )
+    assert gone == []
