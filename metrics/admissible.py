@@ -1,4 +1,4 @@
-"""Steps 2 and 3: what a hypothesis admits at each pixel, and with which tolerance."""
+"""Step 3 of docs/judge.md, what is admitted: the values that a hypothesis admits at each pixel, and its tolerance."""
 
 from __future__ import annotations
 

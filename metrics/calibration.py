@@ -1,4 +1,6 @@
-"""Calibration: what stands between a picture of the card and the card, read off in numbers and said in words.
+"""Before the steps of docs/judge.md: what stands between a picture of the calibration card and the card.
+
+It is read off in numbers and said in words.
 
 A picture is read in steps, each on what the one before has undone: orientation and order of channels by correlation, a
 shift by phase correlation, a magnification by search, then gain and gamma by a line in logarithms. Two faults at once,

@@ -1,4 +1,6 @@
-"""Which wrong pixels mean nothing: few single ones beside edges, where last bits decide what a ray meets.
+"""Step 4 of docs/judge.md, what deviates: which wrong pixels mean nothing.
+
+They are few single ones beside edges, where last bits decide what a ray meets.
 
 Where a subsample saw both sides of an edge the pixel's own interval admits either. What is left are edges that no id
 tells, of facets and in mirrors, and shadow rays that leave a silhouette: a ray slips out between two facets, or meets

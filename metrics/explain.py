@@ -1,4 +1,4 @@
-"""Step 6: the smallest set of limitations that explains a picture; what remains is the bug leg.
+"""Step 6 of docs/judge.md, what explains it: the smallest set of limitations; what remains is the bug leg.
 
 A set's ``choice`` models (and conventions) replace the reference. Its ``partial`` models then open, at each pixel of
 their support, the segment from there to their own picture: V = B - R, alpha = clip(<I - R, V> / |V|^2, 0, 1).

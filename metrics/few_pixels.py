@@ -1,4 +1,6 @@
-"""The gain of a picture in which too few pixels are lit and smooth: small objects, thin wires, a highlight alone.
+"""Step 5 of docs/judge.md, the whole picture: the gain of one in which too few pixels are lit and smooth.
+
+Such pictures show small objects, thin wires, or a highlight alone.
 
 Two estimates are made. The ``peak`` is the median ratio of the smooth pixels, where there are some: exact, but a wider
 pixel filter lowers it too. The ``flux`` is the ratio of the sums over all lit pixels: no filter changes a sum, but the

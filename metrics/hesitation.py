@@ -1,4 +1,6 @@
-"""Why no verdict is possible: one picture whose noise may be all that is wrong, noise that hides, or scenes that do.
+"""Step 7 of docs/judge.md, can the picture tell: why no verdict is possible.
+
+Noise may be all that is wrong with one picture, or noise or the scene itself may hide what is.
 
 A random sample is a ray through a random place of the pixel's footprint, to lights that are points or directions. So a
 pixel's noise lies between the least and the largest value that a sample there can have, its variance is at most that of

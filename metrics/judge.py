@@ -1,4 +1,4 @@
-"""judge: from pictures and predictions to a Judgement. The procedure's steps live beside it, one a file."""
+"""Step 10 of docs/judge.md, the verdict: calls the other steps, which live beside it, and puts a Judgement together."""
 
 from __future__ import annotations
 

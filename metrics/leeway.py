@@ -1,4 +1,6 @@
-"""How far a reasonable epsilon lights the edges of shadows: what is admitted beyond what subsamples may miss.
+"""Step 3 of docs/judge.md, what is admitted: how far a reasonable epsilon lights the edges of shadows.
+
+This is admitted beyond what subsamples may miss.
 
 Renderers keep a ray from meeting the surface that it starts on by an epsilon. The largest reasonable one is half a
 pixel's footprint: beyond it shadows visibly come off what throws them. It acts in two ways, both of which only light

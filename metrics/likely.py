@@ -1,4 +1,4 @@
-"""Which faults may be behind a bug, and how strong: by quick pictures, before anything is fitted in full.
+"""Step 8 of docs/judge.md, the name: which faults may be behind a bug, and how strong, as quick pictures tell.
 
 Faults are ranked by how much their change of the reference looks like the picture's. Those that come in all strengths
 are taken at the strength that fits.

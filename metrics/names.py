@@ -1,4 +1,4 @@
-"""Names of a bug, and which of two is the better one: the one that leaves less and excuses less."""
+"""Step 8 of docs/judge.md, the name: which of two is the better one: the one that leaves less and excuses less."""
 
 from __future__ import annotations
 

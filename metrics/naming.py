@@ -1,4 +1,4 @@
-"""Step 8: the name of a bug: the cause or fault that leaves the shortest bug leg, else ``unexplained``.
+"""Step 8 of docs/judge.md, the name: the cause or fault that leaves the shortest bug leg, else ``unexplained``.
 
 Faults are first ranked by quick pictures: how much the fault's change of the reference looks like the picture's. The
 likeliest are then fitted in full, those that come in all strengths at the strength that fits.

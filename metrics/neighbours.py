@@ -1,4 +1,4 @@
-"""Filters over a pixel's neighbours by shifts of the whole picture: several times faster than ndimage's."""
+"""For the steps of docs/judge.md: filters over a pixel's neighbours by shifts of the picture, faster than ndimage's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Step 1: what the seeds agree on, and how well: the mean of the pictures and the pooled variance of that mean."""
+"""Step 2 of docs/judge.md, what the seeds agree on: the mean of the pictures and the pooled variance of that mean."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Step 4: a gain, a shift and a warp of the whole picture, which also name the cause."""
+"""Step 5 of docs/judge.md, the whole picture: its gain, its shift and its warp, which also name the cause."""
 
 from __future__ import annotations
 

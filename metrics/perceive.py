@@ -1,4 +1,4 @@
-"""Step 7: what an eye makes of a difference: FLIP over a picture, ICtCp's Delta E_ITP on the pixels that differ."""
+"""Step 9 of docs/judge.md, would an eye see it: FLIP over a picture, ICtCp's Delta E_ITP on pixels that differ."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What sets of models predict of one scene, as one judge asks for it again and again: each traced once, some kept.
+"""Step 3 of docs/judge.md, what is admitted: what sets of models predict of one scene, each traced once, some kept.
 
 Most models change little of a picture. So the envelope of a set is traced only near the pixels whose centres show that
 it differs from an envelope that is known: that of the most similar set among those asked for last, or the reference.

@@ -1,4 +1,4 @@
-"""What quick pictures tell of sets of models before they are predicted: which may help, and which cannot.
+"""Step 6 of docs/judge.md, what explains it: which sets of models may help, as quick pictures tell beforehand.
 
 A quick picture has one sample a pixel, at its centre. What it changes is what the mean changes, but for edges.
 """

@@ -1,4 +1,4 @@
-"""Which pictures no set of limitations can explain, as quick pictures tell before any set is predicted.
+"""Step 6 of docs/judge.md, what explains it: which pictures no set of limitations can explain, told beforehand.
 
 A renderer with several limitations changes a pixel by about the sum of what each changes. What a picture is off by far
 beyond that sum, on much of what is wrong, no set explains: the search for one would cost minutes and find nothing.

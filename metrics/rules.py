@@ -1,4 +1,6 @@
-"""What a rule admits: ``partial`` a segment, ``set`` a mixture, ``hull`` anything between, ``any`` anything at all.
+"""Step 6 of docs/judge.md, what explains it: what the rule of a model admits.
+
+``partial`` admits a segment, ``set`` a mixture, ``hull`` anything between, ``any`` anything at all.
 
 Each rule fits its admissible set to the picture, and says nothing where its structural test fails: a mixture has chance
 in it, dots differ from those around them, what surfaces fight over shows on enough of what they share.

@@ -1,4 +1,4 @@
-"""Steps 5 and 7: which pixels and which tiles deviate more than tolerance and noise allow."""
+"""Step 4 of docs/judge.md, what deviates: the pixels and tiles that are off by more than tolerance and noise allow."""
 
 from __future__ import annotations
 

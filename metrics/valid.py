@@ -1,4 +1,4 @@
-"""Step 0: a picture that is no picture: wrong size, non-finite (which other comparisons hide), negative."""
+"""Step 1 of docs/judge.md, is it a picture: wrong size, non-finite (which other comparisons hide), negative."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verdict and Finding: what the judge says of a picture; they round-trip through JSON."""
+"""Step 10 of docs/judge.md, the verdict: Verdict and Finding, what is said of a picture; they go through JSON."""
 
 from __future__ import annotations
 

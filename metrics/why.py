@@ -1,4 +1,4 @@
-"""why: what each model predicts at one pixel, term by term, and which ones admit the value that was found there."""
+"""Beside the steps of docs/judge.md: what each model predicts at one pixel, term by term, and which ones fit it."""
 
 from __future__ import annotations
 

@@ -351,7 +351,7 @@ def test_no_picture_is_refused_before_anything_is_computed(bad: str) -> None:
 
 
 def test_tolerance_is_the_stated_sum() -> None:
-    """tau = .004 R + 5e-4 max R + .55 of the file's step, METRICS.md step 2."""
+    """tau = .004 R + 5e-4 max R + .55 of the file's step: docs/judge.md, step 3."""
     truth = np.linspace(0.1, 0.9, 16 * 3).reshape(4, 4, 3)
     png = replace(POINT, quantum=1 / 255, relative_quantum=False)
     assert admissible(_envelope(truth), png).tau == pytest.approx(0.004 * truth + 5e-4 * 0.9 + 0.55 / 255)

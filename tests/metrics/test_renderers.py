@@ -236,7 +236,7 @@ CHANGES: dict[str, tuple[str, Callable[[Scene], Scene], set[str]]] = {
 def test_a_changed_scene_is_a_bug(
     studio: Any, verdict_of: Callable[..., Verdict], request: pytest.FixtureRequest, name: str
 ) -> None:
-    """The list of real detections in METRICS.md."""
+    """Faults put into pictures of real renderers are found."""
     by, change, names = CHANGES[name]
     adapter, scene = _adapter(by, request), studio.scene("terminator/sphere", tessellation="24x12")
     verdict = verdict_of(adapter, scene, change(scene))

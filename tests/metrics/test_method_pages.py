@@ -1,0 +1,142 @@
+"""docs/judge.md and docs/judge-numbers.md say what the code does: steps, files and numbers."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import importlib.util
+import re
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from notabug.adapters.base import Quality
+from notabug.adapters.registry import adapter
+from notabug.metrics.admissible import admissible
+from notabug.references.models.model import models
+from notabug.references.predict import predict
+from notabug.scenes_usd.reader import read_scene
+
+ROOT = Path(__file__).resolve().parents[2]
+JUDGE = (ROOT / "docs" / "judge.md").read_text("utf-8")
+FILES = sorted(each.stem for each in (ROOT / "metrics").glob("*.py") if each.stem != "__init__")
+STEPS = dict(re.findall(r"^## Step (\d+): .*?\n(.*?)(?=^## )", JUDGE, re.M | re.S))
+BESIDE = frozenset({"calibration", "why", "channels", "neighbours"})  # before, beside and for the steps
+
+
+@pytest.fixture(scope="module")
+def numbers() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("judge_numbers", ROOT / "docs" / "judge_numbers.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@cache
+def head(name: str) -> str:
+    """The first line of the docstring of metrics/``name``.py."""
+    return (ast.get_docstring(ast.parse((ROOT / "metrics" / f"{name}.py").read_text("utf-8"))) or "").split("\n")[0]
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_each_file_names_its_step_and_the_step_its_file(name: str) -> None:
+    assert "docs/judge.md" in head(name)
+    assert f"`{name}.py`" in JUDGE or f"`metrics/{name}.py`" in JUDGE
+    found = re.match(r"Step (\d+) of docs/judge\.md", head(name))
+    assert (found is None) == (name in BESIDE)
+    if found is not None:
+        assert f"`{name}.py`" in STEPS[found[1]], f"section {found[1]} of docs/judge.md does not name {name}.py"
+
+
+def test_the_table_of_steps_lists_the_files_of_each_section() -> None:
+    rows = dict(re.findall(r"^\| \[(\d+)\]\(#[^)]*\) \|[^|]*\| ([^|]*) \|$", JUDGE, re.M))
+    assert rows.keys() == STEPS.keys()
+    for step, files in rows.items():
+        told = {each for each in FILES if f"Step {step} of" in head(each)}
+        assert set(re.findall(r"`(\w+)\.py`", files)) == told
+
+
+def test_every_number_has_a_row_with_its_value(numbers: Any) -> None:
+    assert numbers.faults(numbers.PAGE.read_text("utf-8")) == []
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "fault"),
+    [
+        ("| `admissible.EDGE` | 0.19 |", "| `admissible.EDGE` | 0.2 |", "is 0.19 in the code and 0.2 on the page"),
+        ("| `rules.MEAN_ALPHA` |", "| `rules.GONE` |", "`rules.MEAN_ALPHA` has no row"),
+        ("| `rules.MEAN_ALPHA` |", "| `rules.GONE` |", "`rules.GONE` is no longer in the code"),
+        ("| `hesitation: 0.3` | 0.3 |", "| `hesitation: 0.4` | 0.4 |", "`hesitation: 0.3` has no row"),
+        ("| `references.models.acne.C` | 8 |", "| `references.models.acne.C` | 9 |", "is 8 in the code and 9"),
+        ("| `references.models.acne.C` |", "| `references.models.acne.D` |", "acne.D` is no longer in the code"),
+    ],
+)
+def test_a_stale_row_is_told(numbers: Any, before: str, after: str, fault: str) -> None:
+    page = numbers.PAGE.read_text("utf-8")
+    assert page.count(before) == 1
+    told = numbers.faults(page.replace(before, after))
+    assert any(fault in each for each in told), told
+    assert numbers.faults(numbers.anew(page)) == []
+
+
+def test_every_row_says_what_it_means_and_where_it_comes_from(numbers: Any) -> None:
+    rows = [line for line in numbers.PAGE.read_text("utf-8").splitlines() if line.startswith("| `")]
+    for row in rows:
+        _, _, _, unit, meaning, source, decides, _ = (each.strip() for each in re.split(r"(?<!\\)\|", row))
+        assert (unit and len(meaning) > 5) or decides == "nothing", row
+        assert source.split(":")[0].split(";")[0] in ("derived", "measured", "convention"), row
+        assert decides in ("word", "name", "visible", "time", "nothing"), row
+
+
+def test_numbers_in_the_text_are_those_of_the_code(numbers: Any) -> None:
+    told = re.findall(r"`(\w+)\.([A-Z_]+)` = ([\d.e+-]*\d)", JUDGE)
+    assert len(told) > 20
+    for file, name, value in told:
+        assert numbers.shown(getattr(importlib.import_module(f"notabug.metrics.{file}"), name)) == value, (file, name)
+
+
+def test_the_pixel_that_is_followed_has_these_values() -> None:
+    """The reference, the tolerance and the limitation at (144, 86), as Mitsuba's adapter declares its pictures."""
+    scene = read_scene("terminator/sphere")
+    declaration = adapter("mitsuba").declaration(Quality())
+    to = admissible(predict(scene), declaration)
+    facets = next(each for each in models(scene) if each.name == "facet_self_shadow")
+    limited = admissible(predict(scene, (facets,)), declaration)
+    reference, tolerance = (
+        re.search(rf"\| {row} [^\n]*?(\.\d+) \|\n", JUDGE) for row in ("3 \\| reference R", "3 \\| tolerance")
+    )
+    assert reference is not None
+    assert tolerance is not None
+    assert float(to.value[86, 144, 0]) == pytest.approx(float(reference[1]), abs=1e-6)
+    assert float(to.tau[86, 144, 0]) == pytest.approx(float(tolerance[1]), abs=1e-6)
+    assert np.all(limited.value[86, 144] == 0.0)
+    assert float(to.value[100, 40, 0]) == pytest.approx(0.22380, abs=5e-6)
+    assert float(to.tau[100, 40, 0]) == pytest.approx(0.00125, abs=5e-6)
+
+
+PAGES = (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")))
+LATER = frozenset({"reliability.md"})  # may be missing: it is written elsewhere
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda each: each.relative_to(ROOT).as_posix())
+def test_files_and_headings_that_a_page_names_are_there(page: Path) -> None:
+    text = re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.M | re.S)
+    floors = "scenes_usd|references|adapters|metrics|notabug|tests|docs"
+    named = re.findall(rf"`((?:{floors})/[\w/.]*(?:/|\.\w+))`", text)
+    gone = [each for each in named if not (ROOT / each).exists()]
+    for target, anchor in re.findall(r"\]\((?!https?:)([^)#\s]*)(?:#([^)\s]*))?\)", text):
+        there = page.parent / target if target else page
+        if not there.exists():
+            gone += [target] if there.name not in LATER else []
+        elif anchor:
+            headings = re.findall(r"^#+ (.*)$", there.read_text("utf-8"), re.M)
+            gone += [anchor] * (
+                anchor not in {re.sub(r"[^\w -]", "", each.lower()).replace(" ", "-") for each in headings}
+            )
+    assert gone == []
