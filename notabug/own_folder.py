@@ -57,7 +57,7 @@ def check(out: Path, kind: str) -> bool:
 
 
 def _is_foreign(path: Path) -> bool:
-    return not path.name.lstrip(".").startswith(_HIDDEN)
+    return not (path.name.startswith(".") and path.name.lstrip(".").startswith(_HIDDEN))
 
 
 def claim(out: Path, kind: str) -> None:
