@@ -524,6 +524,8 @@ def main() -> None:
         with signals_as_exceptions():
             code = app(standalone_mode=False)  # by itself typer ends with 1, a renderer's bug, where output is closed
             sys.stdout.flush()
+        if code == exit_state(KeyboardInterrupt()):  # which typer has caught
+            raise KeyboardInterrupt
     except BrokenPipeError:  # the reader of our output went away
         with contextlib.suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python complains of it at its end

@@ -214,9 +214,7 @@ def prepare(*more: str) -> str:
     return "forkserver"
 
 
-_LONGEST = (
-    85  # bytes of a folder in which a socket, "listener-" and eight letters, has a place: macOS allows 104 in all
-)
+_LONGEST = 85  # bytes of a folder's path that leave room for "/listener-" and eight letters: macOS allows 104
 _SOCKETS = "notabug-crew-"  # and a process's number: the temporary folder of its sockets
 
 

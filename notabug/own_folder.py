@@ -15,7 +15,7 @@ from notabug.adapters.trees import remove
 from notabug.scenes_usd.errors import FileError, NotabugError
 
 NOTE = ".notabug.json"
-_HIDDEN = ".notabug"  # notes, locks and partial files: what notabug itself makes first
+_HIDDEN = "notabug."  # behind points: notes, locks and partial files, what notabug itself makes first
 _RECORDS = {
     "run.json": "run",
     **{
@@ -41,7 +41,10 @@ def check(out: Path, kind: str) -> bool:
             return True
         if not out.exists():
             return False
-        if made or any(not path.name.startswith(_HIDDEN) for path in out.iterdir()):
+        if not made and not any(_is_foreign(path) for path in out.iterdir()):
+            return False
+        made = _made_by(out)  # another process may have taken it meanwhile
+        if made != kind:
             raise ForeignFolderError(
                 f"the folder holds a {made} of notabug" if made else "the folder holds files that notabug did not make",
                 where=str(out),
@@ -50,7 +53,11 @@ def check(out: Path, kind: str) -> bool:
             )
     except OSError as error:
         raise _unusable(error, out) from error
-    return False
+    return True
+
+
+def _is_foreign(path: Path) -> bool:
+    return not (path.name.startswith(".") and path.name.lstrip(".").startswith(_HIDDEN))
 
 
 def claim(out: Path, kind: str) -> None:

@@ -18,6 +18,7 @@ from notabug.gate import FailOn, Gate
 from notabug.judging import declare
 from notabug.metrics.verdict import Verdict
 from notabug.outcome import judge_read
+from notabug.own_folder import claim
 from notabug.record import Result
 from notabug.report.page import draw
 from notabug.report.sentence import sentence
@@ -88,6 +89,7 @@ class Bench:
     def do(self, name: str) -> Result:
         """The result of the job; one that is finished in the folder, by whatever process, is kept."""
         task = self.tasks[name]
+        claim(self.plan.out, "run")
         if task.renderer not in self.cards:
             self.cards[task.renderer] = calibrate(self.plan, Silent(), task.renderer)
         refused = {task.renderer: self.cards[task.renderer].refused}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -115,8 +117,8 @@ def test_folders_of_the_dead_are_removed_and_long_names_left_alone(
     for name in ("notabug-crew-999999999-x", f"notabug-crew-{os.getpid()}-x", "notabug-crew-me", "mine"):
         (tmp_path / name).mkdir()
     configuration: dict[str, Any] = {}
-    monkeypatch.setattr(crew_module.multiprocessing.current_process(), "_config", configuration)
-    monkeypatch.setattr(crew_module.atexit, "register", lambda *_: None)
+    monkeypatch.setattr(multiprocessing.current_process(), "_config", configuration)
+    monkeypatch.setattr(atexit, "register", lambda *_: None)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setattr(crew_module, "_LONGEST", 1)
     crew_module._own_temporary_folder()

@@ -72,6 +72,7 @@ ELSEWHERE = {
     "bench efficiency": "test_bench_efficiency",
     "bench stability": "test_bench_stability",
     "bench metamorphic": "test_bench_metamorphic",
+    "bench faults": "tests/notabug/bench/test_faults.py",
     "bench generality": "tests/notabug/bench/test_generality_bench.py",
 }
 

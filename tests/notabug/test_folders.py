@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from notabug.folders import FolderInUseError, folder_name, job_folder, sole_writer, write_json
+from notabug.own_folder import ForeignFolderError, check, claim
 
 
 @given(st.text(st.characters(), max_size=200))
@@ -41,6 +42,28 @@ def test_writing_is_all_or_nothing(tmp_path: Path) -> None:
         write_json(path, {"a": float("nan")})
     assert json.loads(path.read_text()) == {"a": 1}
     assert [each.name for each in tmp_path.iterdir()] == ["a.json"]
+
+
+def test_whose_a_folder_is(tmp_path: Path) -> None:
+    claim(tmp_path / "new" / "out", "gallery")
+    assert check(tmp_path / "new" / "out", "gallery")
+    with pytest.raises(ForeignFolderError, match="holds a gallery"):
+        check(tmp_path / "new" / "out", "run")
+    assert not check(tmp_path / "gone", "run")
+    (tmp_path / "hidden").mkdir()
+    for name in (".notabug.lock", "..notabug.json.x.partial"):  # of a process that is about to take it
+        (tmp_path / "hidden" / name).touch()
+    assert not check(tmp_path / "hidden", "run")
+    for index, name in enumerate(("notabug.toml", ".git", "run.json")):
+        folder = tmp_path / f"theirs{index}"
+        folder.mkdir()
+        (folder / name).write_text("{}")
+        with pytest.raises(ForeignFolderError, match="did not make"):
+            claim(folder, "run")
+    (tmp_path / "copied").mkdir()  # by what leaves hidden files behind
+    write_json(tmp_path / "copied" / "run.json", {"schema": 1, "tool": {"name": "notabug"}})
+    claim(tmp_path / "copied", "run")
+    assert (tmp_path / "copied" / ".notabug.json").is_file()
 
 
 def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
