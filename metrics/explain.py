@@ -24,7 +24,18 @@ from notabug.metrics.noise import Measured
 from notabug.metrics.nuisance import Nuisance, nuisance
 from notabug.metrics.quick import Predict, Preview, choices, nearer, nears, surely_helps
 from notabug.metrics.reach import Reach, reach
-from notabug.metrics.rules import MEAN_ALPHA, RULES, Explained, fought, grained, mixed_only, support, widespread
+from notabug.metrics.rules import (
+    LEAST_DOTTED,
+    LEAST_TOUCHED,
+    MEAN_ALPHA,
+    RULES,
+    Explained,
+    fought,
+    grained,
+    mixed_only,
+    support,
+    widespread,
+)
 from notabug.metrics.significance import Significance, significance
 from notabug.references.models.model import Model, excluded_by
 
@@ -102,7 +113,7 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
                 explained = partial(grained, explained, each.rule == "set")
             # means over samples show dots everywhere, or it is none: at pixel centres there may be few
             if each.kind == "fault" and (each.rule == "any" or (each.grain and not target.share_is_point)):
-                explained = partial(widespread, explained)
+                explained = partial(widespread, explained, LEAST_DOTTED if each.grain else LEAST_TOUCHED)
             target, alpha, within, length = explained(measured, target, *values)
             alphas[each.name] = alpha
             excluded |= within

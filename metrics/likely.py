@@ -28,6 +28,9 @@ LEAST_ALIKE, FEW = 0.1, 2  # and below which it is not even where fewer faults t
 EQUAL = 0.9  # of the changes: two quick pictures that share so much are of one fault
 CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight would decide
 
+JOINT_STEPS = (4, 4, 1, 1, 1)  # pixels a block, at each step towards the strengths along several axes
+JOINT_LEAST, JOINT_MOST = 0.01, 20.0  # times the fault's own strength: what counts along an axis, and what is possible
+
 RARE = frozenset({"geometry_mirrored", "cracks"})
 """Faults that are told after others that look alike: a mirrored floor shows what a flipped texture shows, and cracks
 of a fine mesh show dots nearly everywhere."""
@@ -83,6 +86,7 @@ def likely(
         if score > LEAST_ALIKE:
             ranked.append((-score, fault.name in RARE, index, fault, base, change))
     ranked.sort(key=lambda each: (round(each[0], 2), *each[1:3]))
+    joined: list[object] = []
     alike = sum(-each[0] > ALIKE for each in ranked)
     for _, _, _, fault, base, change in ranked[: min(LIKELY, max(alike, FEW))]:
         if fault.at is None:
@@ -98,8 +102,49 @@ def likely(
             best = replace(fault.at(strength), at=fault.at, strength=strength, neutral=fault.neutral)
             own = preview((*base, best)) - preview(base)
         yield best
+        if fault.jointly is not None and fault.jointly not in joined:
+            joined.append(fault.jointly)
+            yield _jointly(fault, base, change * at, scale, preview)
         if best.strength != fault.strength:  # a limitation beside the fault can mislead the fit
             yield replace(fault, at=None)
+
+
+def _jointly(fault: Model, base: tuple[Model, ...], change: Floats, scale: Floats, preview: Preview) -> Model:
+    """``fault`` along all of its axes at once, at the strengths whose quick picture is nearest to ``change``.
+
+    Gauss and Newton's steps, on means over blocks first, which a large step does not leave.
+    """
+    assert fault.jointly is not None
+    start, unit = preview(base), np.eye(fault.axes) * fault.strength
+    strengths = np.zeros(fault.axes)
+    for step in JOINT_STEPS:
+        here = preview((*base, fault.jointly(strengths))) - start
+        moves = [preview((*base, fault.jointly(strengths + each))) - start - here for each in unit]
+        weight = 1.0 / np.maximum(scale, np.abs(change - here) / CLIP)
+        columns = np.stack([coarse(move * weight, step).ravel() for move in moves], axis=1)
+        found = _regression(columns, coarse((change - here) * weight, step).ravel())
+        most = JOINT_MOST * fault.strength
+        strengths = np.clip(strengths + found * fault.strength, -most, most)
+    rounded = np.array([float(f"{strength:.3g}") for strength in strengths])
+    return fault.jointly(np.where(np.abs(rounded) < JOINT_LEAST * fault.strength, 0.0, rounded))
+
+
+def _regression(columns: Floats, values: Floats) -> Floats:
+    """The factors (k,) by which the ``columns`` (n, k) add up to ``values`` (n,), by Huber's regression."""
+    acts = columns.any(axis=1)
+    columns, values = columns[acts], values[acts]
+    found = np.zeros(columns.shape[1])
+    if len(values) < len(found):
+        return found
+    trust = np.ones_like(values)
+    for _ in range(4):
+        root = np.sqrt(trust)
+        found = np.linalg.lstsq(columns * root[:, None], values * root, rcond=None)[0]
+        off = np.abs(values - columns @ found)
+        trust = np.minimum(1.0, 1.345 * 1.4826 * float(np.median(off)) / np.maximum(off, 1e-12))
+        if not trust.any():  # most of it fits to the last bit
+            break
+    return found
 
 
 def coarse(values: Floats, step: int) -> Floats:

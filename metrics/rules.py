@@ -29,6 +29,8 @@ MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this
 MEAN_FOUGHT, MOST_BETWEEN = 0.05, 0.9
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
+# Nor is one that scatters dots: without an epsilon chance decides at each hit, so half of all samples are wrong.
+LEAST_DOTTED = 0.3
 LEAST_FOUGHT = 0.02  # of what surfaces share to the last bits: renderers show another one at a sixth of it or more
 NOISE = 3.0  # standard errors beyond which a pixel is off
 LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
@@ -243,12 +245,12 @@ def grained(
 
 
 def widespread(
-    explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible
+    explained: Callable[..., Explained], least: float, measured: Measured, base: Admissible, *values: Admissible
 ) -> Explained:
-    """What ``explained`` admits, if it touches LEAST_TOUCHED of its support: few wrong pixels are no wrong rule."""
+    """What ``explained`` admits, if it touches ``least`` of its support or more: few wrong pixels are no wrong rule."""
     found = explained(measured, base, *values)
     _, _, within, _ = found
-    if within.any() and float(_off(measured, base, within).sum()) < LEAST_TOUCHED * float(within.sum()):
+    if within.any() and float(_off(measured, base, within).sum()) < least * float(within.sum()):
         return _nothing(base)
     return found
 

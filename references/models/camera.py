@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from notabug.references.models.model import Model, in_strengths
-from notabug.scenes_usd.scene import Camera, Scene
+from notabug.scenes_usd.scene import Camera, Floats, Scene
 
 _USD = "UsdGeomCamera: apertures, focalLength, clippingRange; UsdRenderSettings: aspectRatioConformPolicy"
 HALF_SLACK = (
@@ -45,15 +45,23 @@ def models(scene: Scene) -> Iterator[Model]:
             "the field of view is applied to the wrong axis",
             lambda each: replace(each, tan_x=each.tan_x * ratio, tan_y=each.tan_y * ratio),
         )
+    size = _size(scene)
+
+    def jointly(shares: Floats) -> Model:
+        x, y, z = shares
+        claim = f"the camera is off by ({x:.3g}, {y:.3g}, {z:.3g}) of the scene's size along its own axes"
+        return _fault("camera_moved", claim, _moved(shares * size))
+
     for axis in range(3):
-        yield in_strengths(
+        model = in_strengths(
             lambda strength, axis=axis: _fault(  # type: ignore[misc]
                 "camera_moved",
                 f"the camera is off along its {'xyz'[axis]} by {strength:.3g} of the scene's size",
-                _moved(axis, strength * _size(scene)),
+                _moved(np.eye(3)[axis] * strength * size),
             ),
             0.01,
         )
+        yield replace(model, jointly=jointly, axes=3)
 
 
 def pixel_shift(scene_width: int, scene_height: int, right: float, down: float) -> Model:
@@ -109,10 +117,12 @@ def _size(scene: Scene) -> float:
     return float(2.0 * scene.camera.tan_x * np.linalg.norm(middle - scene.camera.to_world[3, :3]))
 
 
-def _moved(axis: int, step: float) -> Callable[[Camera], Camera]:
+def _moved(step: Floats) -> Callable[[Camera], Camera]:
+    """A camera moved by ``step`` (3,) along its own axes."""
+
     def change(camera: Camera) -> Camera:
         matrix = camera.to_world.copy()
-        matrix[3, :3] += step * matrix[axis, :3]
+        matrix[3, :3] += step @ matrix[:3, :3]
         return replace(camera, to_world=matrix)
 
     return change

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from notabug.references.models.model import Edit, Model, in_strengths
-from notabug.scenes_usd.scene import Light, Scene
+from notabug.scenes_usd.scene import Floats, Light, Scene
 
 GAIN = 1.05
 _USD = "UsdLux: intensity, exposure and normalize"
@@ -35,9 +35,10 @@ def models(scene: Scene) -> Iterator[Model]:
             GAIN,
             neutral=1.0,
         )
+    jointly = _moved_jointly(scene)
     for index, light in enumerate(scene.lights):
         for axis in range(3):
-            yield in_strengths(
+            model = in_strengths(
                 lambda strength, index=index, axis=axis, light=light: _fault(  # type: ignore[misc]
                     "light_moved",
                     f"{light.path} is off along {'xyz'[axis]} by {strength:.3g} of its distance",
@@ -45,6 +46,7 @@ def models(scene: Scene) -> Iterator[Model]:
                 ),
                 0.02,
             )
+            yield replace(model, jointly=jointly, axes=3 * len(scene.lights))
         if len(scene.lights) > 1:
             yield _fault("light_missing", f"{light.path} is missing", _dropped(index))
     for kind, what in (("distant", "directions"), ("point", "positions")):
@@ -108,13 +110,37 @@ def _tinted(channel: int, factor: float) -> Callable[[Light], Light]:
     return change
 
 
+def _moved_jointly(scene: Scene) -> Callable[[Floats], Model]:
+    """All lights moved at once, each by three of the shares (3 * lights,)."""
+
+    def at(shares: Floats) -> Model:
+        steps = shares.reshape(-1, 3)
+        told = [
+            f"{light.path} is off by ({step[0]:.3g}, {step[1]:.3g}, {step[2]:.3g}) of its distance"
+            for light, step in zip(scene.lights, steps, strict=True)
+            if step.any()
+        ]
+
+        def edit(under: Scene) -> Scene:
+            changed = (moved_by(scene, step)(light) for light, step in zip(under.lights, steps, strict=True))
+            return replace(under, lights=tuple(changed))
+
+        return _fault("light_moved", "; ".join(told), edit)
+
+    return at
+
+
 def moved(scene: Scene, axis: int, share: float) -> Callable[[Light], Light]:
-    """A light moved along an axis by ``share`` of its distance from the middle of what it lights (distant: turned)."""
+    """As ``moved_by``, along one axis."""
+    return moved_by(scene, np.eye(3)[axis] * share)
+
+
+def moved_by(scene: Scene, step: Floats) -> Callable[[Light], Light]:
+    """A light moved by ``step`` (3,) times its distance from the middle of what it lights (distant: turned)."""
     points = [each.points.mean(axis=0) for each in scene.meshes] + [each.to_world[3, :3] for each in scene.spheres]
     middle = np.mean(points, axis=0) if points else np.zeros(3)
 
     def change(light: Light) -> Light:
-        step = np.eye(3)[axis] * share
         if light.kind == "distant":
             direction = np.array(light.direction) - step
             return replace(light, direction=_tuple(direction / np.linalg.norm(direction)))

@@ -61,6 +61,8 @@ class Model:
     drawn : switches by which the in-house renderer draws a fault, where they are not ``options``.
     at : the same fault at another strength, for faults that come in all strengths; ``strength`` is this model's, and
         0 (or 1, where ``neutral`` is 1: a factor) would be no fault.
+    jointly : the same fault along several axes at once, ``axes`` of them, by its strength (axes,) along each; models of
+        single axes share it.
     local : a fault that may hit some parts of the scene and spare others, so that a picture of it takes this model's
         value at some pixels and the reference's at the others.
     placed : the fault of those parts of the scene, single faces, that lie where a picture is wrong (h, w), or None
@@ -90,6 +92,8 @@ class Model:
     at: Callable[[float], Model] | None = None
     strength: float = 0.0
     neutral: float = 0.0
+    jointly: Callable[[npt.NDArray[np.float64]], Model] | None = None
+    axes: int = 0
     local: bool = False
     placed: Callable[[npt.NDArray[np.bool_]], Model | None] | None = None
 
