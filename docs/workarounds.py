@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from notabug.references.workarounds.workaround import workarounds
-from notabug.report.page import load
+from notabug.report.loading import load
 from notabug.words import number, readable
 
 HEAD = """# The paper's workarounds, with and without

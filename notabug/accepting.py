@@ -14,7 +14,7 @@ from notabug.expectation import Band, Entry, found_names
 from notabug.folders import write_text
 from notabug.progress import console
 from notabug.record import Result
-from notabug.report.page import load
+from notabug.report.loading import load
 from notabug.scenes_usd.errors import SelectionError
 from notabug.selection import parse_variants
 from notabug.words import area, strongest

@@ -12,6 +12,7 @@ import typer
 from notabug import __version__
 from notabug.exit_codes import ExitCode, exit_code
 from notabug.options import (
+    Baseline,
     Bench,
     BenchPart,
     Declare,
@@ -97,6 +98,7 @@ def run(
     ] = 0,
     executor: Annotated[str, typer.Option(metavar="dask://HOST:PORT", help="A Dask cluster for the jobs.")] = "",
     shard: Annotated[str, typer.Option(metavar="2/8", help="Only this share of the selection.")] = "",
+    baseline: Baseline = None,
     as_json: Json = False,
 ) -> None:
     """Render scenes and judge every picture."""
@@ -127,6 +129,7 @@ def run(
         jobs=jobs,
         executor=executor,
         shard=shard,
+        baseline=baseline,
     )
     raise typer.Exit(code)
 
@@ -409,12 +412,16 @@ def report(
     folder: Annotated[Path, typer.Argument(help="The folder of a run.")] = Path("notabug-out"),
     white: Annotated[float, typer.Option(min=1e-6, help="The radiance that is shown as white.")] = 1.0,
     to: Annotated[Page, typer.Option(help="The page, or text for a build server on standard output.")] = Page.html,
+    baseline: Baseline = None,
+    single_file: Annotated[
+        bool, typer.Option("--single-file", help="One page that holds its pictures, to be sent or attached.")
+    ] = False,
 ) -> None:
     """Draw report.html again from run.json and the pictures next to it, or write it for a build server."""
     if to is Page.html:
         from notabug.report.page import draw
 
-        typer.echo(draw(folder, white))
+        typer.echo(draw(folder, white, baseline=baseline, single_file=single_file))
     else:
         from notabug.report.builds import command
 

@@ -12,7 +12,7 @@ from rich.text import Text
 from notabug.exit_codes import ExitCode
 from notabug.progress import console
 from notabug.record import Result
-from notabug.report.page import load
+from notabug.report.loading import load
 from notabug.words import STYLE, area, finding_names, number, strongest
 
 RANK = {"pass": 0, "limitation": 1, "unsupported": 2, "inconclusive": 3, "error": 4, "bug": 5}

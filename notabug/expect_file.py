@@ -106,19 +106,26 @@ def with_entry(text: str, entry: Entry) -> str:
             for key, value in values.items():
                 table[key] = value
             return _checked(tomlkit.dumps(document), {*there[:index], *there[index + 1 :], entry})
-    block = tomlkit.document()
-    tables = tomlkit.aot()
-    made = tomlkit.table()
-    for key, value in values.items():
-        made.add(key, value)
-    tables.append(made)
-    block.add("accepted", tables)
     place = _place(text, sum(each.key < entry.key for each in there))
     before, after = text[:place], text[place:]
     if not before.strip():
         before = before or HEAD
     before = before.rstrip("\n") + "\n\n" if before.strip() else before
-    return _checked(before + tomlkit.dumps(block).strip("\n") + "\n" + (f"\n{after}" if after else ""), {*there, entry})
+    return _checked(before + entry_text(entry) + (f"\n{after}" if after else ""), {*there, entry})
+
+
+def entry_text(entry: Entry) -> str:
+    """``entry`` as it stands in the file, its header included."""
+    import tomlkit
+
+    block = tomlkit.document()
+    tables = tomlkit.aot()
+    made = tomlkit.table()
+    for key, value in _values(entry).items():
+        made.add(key, value)
+    tables.append(made)
+    block.add("accepted", tables)
+    return tomlkit.dumps(block).strip("\n") + "\n"
 
 
 def _place(text: str, index: int) -> int:

@@ -12,7 +12,8 @@ from notabug.folders import sole_writer, write_json
 from notabug.gate import code_of
 from notabug.progress import console
 from notabug.record import SCHEMA, Result
-from notabug.report.page import draw, load
+from notabug.report.loading import load
+from notabug.report.page import draw
 from notabug.scenes_usd.errors import NotabugError
 from notabug.words import tally
 
@@ -46,7 +47,7 @@ def merge(folders: Sequence[Path], out: Path) -> list[Result]:
     results, cards = _gathered(folders, documents, "results"), _gathered(folders, documents, "calibration")
     with sole_writer(out):
         for folder, result in [*results.values(), *cards.values()]:
-            for name in {result.image, *result.images.values()} - {""}:
+            for name in {result.image, result.log, *result.images.values()} - {""}:
                 _copy(folder, out, name)
         found = [result for _, result in results.values()]
         write_json(out / "run.json", _document(documents, found, [result for _, result in cards.values()]))

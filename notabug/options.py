@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -127,6 +128,10 @@ Layer = Annotated[
 ]
 Renderers = Annotated[
     list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all that are found.")
+]
+Baseline = Annotated[
+    Path | None,
+    typer.Option("--baseline", metavar="RUN", help="The folder of an earlier run: the report says what has changed."),
 ]
 Samples = Annotated[int, typer.Option("--samples", min=0, help="Samples per pixel; 0: the renderer's default.")]
 Seeds = Annotated[int, typer.Option("--seeds", min=1, max=64, help="Independent pictures of a noisy renderer.")]

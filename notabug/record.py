@@ -41,6 +41,7 @@ class Result:
     fails: bool = False  # a gate goes red for it
     channels: tuple[str, ...] = ()  # of the picture's file that were judged
     notes: tuple[str, ...] = ()  # what reading them took: a window, an orientation, alpha
+    log: str = ""  # what the renderer printed, where it failed
 
     @property
     def surprising(self) -> bool:
@@ -74,6 +75,7 @@ class Result:
             "fails": self.fails,
             "channels": list(self.channels),
             "notes": list(self.notes),
+            "log": self.log,
         }
         document: dict[str, Any] = json_ready(plain)
         return document
@@ -115,6 +117,7 @@ class Result:
             fails=data.get("fails", False),
             channels=tuple(data.get("channels", ())),
             notes=tuple(data.get("notes", ())),
+            log=data.get("log", ""),
         )
 
 
@@ -126,8 +129,8 @@ def _check_types(data: Any) -> None:
     for key in (*_TEXTS, "claim"):
         if not isinstance(data[key], str):
             raise TypeError(f"{key} is no text")
-    if not all(isinstance(data.get(key, ""), str) for key in ("state", "because")):
-        raise TypeError("state or because is no text")
+    if not all(isinstance(data.get(key, ""), str) for key in ("state", "because", "log")):
+        raise TypeError("state, because or log is no text")
     if not isinstance(data.get("fails", False), bool):
         raise TypeError("fails is neither true nor false")
     if data["verdict"] not in GLYPH:

@@ -325,13 +325,16 @@ def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
         stated = expected(scene).get(blank.renderer, "") if blank.expected else ""
         return replace(blank, verdict=_no_judgement("unsupported", str(error)), expected=stated)
     except NotabugError as error:
-        _keep_log(folder, getattr(error, "log", ""))
+        kept = _keep_log(folder, getattr(error, "log", ""))
         why = (NO_REFERENCE,) if exit_code(error) is ExitCode.REFERENCE else ()
-        return replace(blank, verdict=replace(_no_judgement("error", str(error)), triggers=why))
+        head, newline, quoted = str(error).partition("\n")  # what follows is quoted from the log
+        said = f"{head}{f'; log: {kept}' if kept else ''}{newline}{quoted}"
+        verdict = replace(_no_judgement("error", said), triggers=why)
+        return replace(blank, verdict=verdict, log=_relative(kept, plan.out) if kept else "")
     except Exception as error:  # a defect in one adapter or model must not cost the other results
-        _keep_log(folder, traceback.format_exc())
-        what = f"internal error: {type(error).__name__}: {error}; the trace is in {folder / 'log.txt'}"
-        return replace(blank, verdict=_no_judgement("error", what))
+        kept = _keep_log(folder, traceback.format_exc())
+        what = f"internal error: {type(error).__name__}: {error}; the trace is in {kept}"
+        return replace(blank, verdict=_no_judgement("error", what), log=_relative(kept, plan.out) if kept else "")
     return result
 
 
@@ -416,10 +419,13 @@ def _relative(path: Path, base: Path) -> str:
         raise NotabugError("a picture lies outside of its folder", where=str(path), expected=f"below {base}") from None
 
 
-def _keep_log(folder: Path, log: str) -> None:
-    if log:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_text(folder / "log.txt", log)
+def _keep_log(folder: Path, log: str) -> Path | None:
+    """Where ``log`` was written; None where it is empty."""
+    if not log:
+        return None
+    folder.mkdir(parents=True, exist_ok=True)
+    write_text(folder / "log.txt", log)
+    return folder / "log.txt"
 
 
 def _no_judgement(word: Word, message: str) -> Verdict:

@@ -18,7 +18,9 @@ from notabug.exit_codes import ExitCode
 from notabug.folders import write_json
 from notabug.gate import FailOn, Gate, code_of
 from notabug.progress import Board, console, messages, states, table
-from notabug.report.page import Pictures, draw
+from notabug.report.drawing import Pictures
+from notabug.report.loading import load
+from notabug.report.page import draw
 from notabug.run import Plan, Run, find_renderers, run
 from notabug.scenes_usd.errors import SelectionError
 from notabug.selection import NothingSelectedError, choose, parse_variants, part
@@ -44,9 +46,12 @@ def command(
     jobs: int = 0,
     executor: str = "",
     shard: str = "",
+    baseline: Path | None = None,
 ) -> ExitCode:
     """Run the selection and print what came of it; ``remedies``: with and without the workarounds of it."""
     quiet = console(stderr=True)
+    if baseline is not None:
+        load(baseline)  # before anything is drawn for a folder that holds no run
     gate = Gate.load(expect, fail_on)
     selected = workarounds.chosen(scenes) if remedies else []
     if remedies and (variants or every_variant):
@@ -97,7 +102,7 @@ def command(
     if remedies:
         document["workarounds"] = [each.as_dict() for each in found_rows]
         write_json(out / "run.json", document)
-    page = draw(out, pictures=pictures)
+    page = draw(out, pictures=pictures, baseline=baseline)
     if as_json:
         print(json.dumps(document, ensure_ascii=False, allow_nan=False))
     elif remedies:

@@ -12,8 +12,8 @@ from notabug.exit_codes import ExitCode
 from notabug.record import Result
 from notabug.report.github import github
 from notabug.report.junit import junit
+from notabug.report.loading import load
 from notabug.report.markdown import markdown
-from notabug.report.page import load
 from notabug.report.sarif import sarif
 
 Writer = Callable[[dict[str, Any], list[Result], Path], str]
