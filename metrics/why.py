@@ -19,6 +19,7 @@ from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
 RGB = tuple[float, float, float]
+KINDS = ("convention", "limitation", "fault")  # of explanations that fit, legitimate ones come first
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,24 +54,45 @@ class PixelExplanation:
     def as_dict(self) -> dict[str, Any]:
         return _finite(asdict(self))  # type: ignore[no-any-return]
 
-    def as_text(self) -> str:
-        """The terms, one block a model; models that change nothing here are named in one line."""
-        lines = [f"pixel ({self.x}, {self.y}): found {_show(self.found)}"]
+    def ranked(self) -> tuple[Prediction, ...]:
+        """The models that change something here, best first: those that fit, legitimate ones before faults."""
         reference = self.predictions[0]
-        same = [each.name for each in self.predictions[1:] if each.probe == reference.probe and each.alpha is None]
-        for each in self.predictions:
-            if each.name in same:
-                continue
-            verdict = "fits" if each.fits else f"off by {_off(self.found, each):.3g} (tolerance {each.tolerance:.2g})"
-            lines.append(f"\n{each.name} ({each.kind}): {_show(each.value)}  {verdict}")
-            lines.append(f"  {each.claim}")
+        acting = [each for each in self.predictions[1:] if each.probe != reference.probe or each.alpha is not None]
+        return tuple(
+            sorted(
+                acting,
+                key=lambda each: (not each.fits, KINDS.index(each.kind) if each.fits else 0, _off(self.found, each)),
+            )
+        )
+
+    def as_text(self, most: int | None = None) -> str:
+        """The reference with its terms, then the ``most`` best models, each with what it changes; None: all of them."""
+        reference = self.predictions[0]
+        ranked = self.ranked()
+        shown = ranked[:most]
+        lines = [f"pixel ({self.x}, {self.y}): found {_show(self.found)}", ""]
+        lines += [_headline(self.found, reference), *_edge(reference), *_terms(reference.probe)]
+        if reference.fits:
+            lines.append("  nothing is wrong with this pixel")
+        for place, each in enumerate(shown, 1):
+            lines += ["", f"{place}. {_headline(self.found, each)}", f"  {each.claim}"]
             if each.alpha is not None:
                 lines.append(f"  found lies at {each.alpha:.2f} between the reference (0) and this model (1)")
-            if each.lo != each.hi:
-                lines.append(f"  edge: anything from {_show(each.lo)} to {_show(each.hi)} is admitted")
-            lines += _terms(each.probe)
-        if same:
-            lines.append(f"\nlike the reference here: {', '.join(same)}")
+            lines += _edge(each)
+            known = set(_terms(reference.probe))
+            changed = [line for line in _terms(each.probe) if line not in known]
+            lines += changed
+        left = ranked[len(shown) :]
+        if left:
+            fitting = sum(each.fits for each in left)
+            more = f" ({fitting} of them fit)" if fitting else ", none of which fits"
+            lines.append(f"\n{len(left)} more that change this pixel{more}; --verbose shows them")
+        same = len(self.predictions) - 1 - len(ranked)
+        if same and most is None:
+            names = ", ".join(each.name for each in self.predictions[1:] if each not in ranked)
+            lines.append(f"\nlike the reference here: {names}")
+        elif same:
+            lines.append(f"{same} models change nothing here")
         return "\n".join(lines)
 
 
@@ -111,6 +133,16 @@ def explain_pixel(
             )
         )
     return PixelExplanation(x, y, _rgb(found), tuple(made))
+
+
+def _headline(found: RGB, each: Prediction) -> str:
+    verdict = "fits" if each.fits else f"off by {_off(found, each):.3g} (tolerance {each.tolerance:.2g})"
+    kind = "" if each.kind == each.name else f" ({each.kind})"
+    return f"{each.name}{kind}: {_show(each.value)}  {verdict}"
+
+
+def _edge(each: Prediction) -> list[str]:
+    return [f"  edge: anything from {_show(each.lo)} to {_show(each.hi)} is admitted"] if each.lo != each.hi else []
 
 
 def _terms(seen: Probe) -> list[str]:

@@ -96,14 +96,14 @@ def with_entry(text: str, entry: Entry) -> str:
 
     there = parse(text)
     document = tomlkit.parse(text)
-    values = _values(entry)
+    wanted = values(entry)
     for index, each in enumerate(there):
         if each.key == entry.key:
             tables_there: Any = document["accepted"]
             table = tables_there[index]
-            for key in set(table) - set(values):
+            for key in set(table) - set(wanted):
                 del table[key]
-            for key, value in values.items():
+            for key, value in wanted.items():
                 table[key] = value
             return _checked(tomlkit.dumps(document), {*there[:index], *there[index + 1 :], entry})
     place = _place(text, sum(each.key < entry.key for each in there))
@@ -121,7 +121,7 @@ def entry_text(entry: Entry) -> str:
     block = tomlkit.document()
     tables = tomlkit.aot()
     made = tomlkit.table()
-    for key, value in _values(entry).items():
+    for key, value in values(entry).items():
         made.add(key, value)
     tables.append(made)
     block.add("accepted", tables)
@@ -142,15 +142,16 @@ def _place(text: str, index: int) -> int:
     return place
 
 
-def _values(entry: Entry) -> dict[str, Any]:
-    values: dict[str, Any] = {key: getattr(entry, key) for key in _TEXTS if getattr(entry, key)}
+def values(entry: Entry) -> dict[str, Any]:
+    """What the file says of ``entry``."""
+    told: dict[str, Any] = {key: getattr(entry, key) for key in _TEXTS if getattr(entry, key)}
     for key in ("area_px", "jnd"):
         band = getattr(entry, key)
         if band is not None:
-            values[key] = list(band)
+            told[key] = list(band)
     if entry.expires is not None:
-        values["expires"] = entry.expires
-    return values
+        told["expires"] = entry.expires
+    return told
 
 
 def _checked(text: str, wanted: set[Entry]) -> str:

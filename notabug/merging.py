@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,10 +25,13 @@ class MergeError(NotabugError):
     """Runs that are not parts of one."""
 
 
-def command(folders: Sequence[Path], out: Path) -> ExitCode:
+def command(folders: Sequence[Path], out: Path, as_json: bool = False) -> ExitCode:
     """Make ``out`` of the runs in ``folders`` and say what they hold."""
     results = merge(folders, out)
     page = draw(out)
+    if as_json:
+        print(json.dumps(load(out), ensure_ascii=False, allow_nan=False))
+        return code_of(results)
     console().print(tally(each.verdict.word for each in results), style="bold")
     console().print(f"{out / 'run.json'}\n{page}", markup=False, soft_wrap=True)
     return code_of(results)

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from notabug import completing
+
 
 class Filter(StrEnum):
     """The reconstruction filter of a picture."""
@@ -114,7 +116,10 @@ Variant = Annotated[
     list[str] | None,
     typer.Option("--variant", metavar="SET=NAME", help="A variant; again for more, SET=all for each of the set."),
 ]
-SceneOption = Annotated[str, typer.Option("--scene", metavar="ID|USD", help="The scene: an id or a USD file.")]
+SceneOption = Annotated[
+    str,
+    typer.Option("--scene", metavar="ID|USD", autocompletion=completing.scenes, help="The scene: an id or a USD file."),
+]
 Declare = Annotated[
     list[str] | None,
     typer.Option(
@@ -127,8 +132,23 @@ Layer = Annotated[
     str, typer.Option(metavar="NAME", help="The layer or part that is the picture, where a file has several.")
 ]
 Renderers = Annotated[
-    list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all that are found.")
+    list[str] | None,
+    typer.Option(
+        "--renderer",
+        "-r",
+        autocompletion=completing.renderers,
+        help="A renderer; again for more. Default: all that are found.",
+    ),
 ]
+Renderer = Annotated[str, typer.Option("--renderer", "-r", autocompletion=completing.renderers, help="The renderer.")]
+Scenes = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[SCENE]...", autocompletion=completing.scenes, help="Ids, classes, globs or USD files; default: all."
+    ),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say only what fails, and the count of verdicts.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Say everything, also what is usually left out.")]
 Baseline = Annotated[
     Path | None,
     typer.Option("--baseline", metavar="RUN", help="The folder of an earlier run: the report says what has changed."),

@@ -17,7 +17,7 @@ from notabug.crew import Alone, crew
 from notabug.exit_codes import ExitCode
 from notabug.folders import write_json
 from notabug.gate import FailOn, Gate, code_of
-from notabug.progress import Board, console, messages, states, table
+from notabug.progress import Board, Detail, console, listing, messages, states
 from notabug.report.drawing import Pictures
 from notabug.report.loading import load
 from notabug.report.page import draw
@@ -47,6 +47,7 @@ def command(
     executor: str = "",
     shard: str = "",
     baseline: Path | None = None,
+    detail: Detail = "normal",
 ) -> ExitCode:
     """Run the selection and print what came of it; ``remedies``: with and without the workarounds of it."""
     quiet = console(stderr=True)
@@ -90,7 +91,7 @@ def command(
     )
     pictures = Pictures(out)
     try:
-        with Board(quiet, pictures.begin) as board:
+        with Board(quiet, pictures.begin, detail, _beginning(plan)) as board:
             state = run(plan, board)
     except KeyboardInterrupt:
         quiet.print(
@@ -108,17 +109,30 @@ def command(
     elif remedies:
         console().print(workarounds.table(found_rows))
     else:
-        _summary(console(), state, page)
+        _summary(console(), state, page, detail)
     return workarounds.code_of(found_rows, state.results) if remedies else code_of(state.results)
 
 
-def _summary(out: Console, state: Run, page: Path) -> None:
-    out.print(table(state.results))
-    out.print()
-    for line in [*messages(state.results), *states(state.results, state.plan.gate.document(state.results))]:
+def _beginning(plan: Plan) -> str:
+    """What a run is about to do."""
+    names = ", ".join(plan.renderers)
+    jobs = sum(len(plan.wanted(choice)) for choice in plan.choices)
+    kept = ", finished results are kept" if plan.resume else ""
+    return f"{len(plan.choices)} scenes, {jobs} jobs with {names}; results go to {plan.out}{kept}"
+
+
+def _summary(out: Console, state: Run, page: Path, detail: Detail) -> None:
+    for drawn in listing(state.results, out, detail):
+        out.print(drawn, soft_wrap=isinstance(drawn, Text))
+    told = [result for result in state.results if result.fails] if detail == "quiet" else state.results
+    for line in messages(told, state.plan.out):
         out.print(line, soft_wrap=True)
-    out.print(Text(tally(each.verdict.word for each in state.results), style="bold"))
-    surprises = sum(each.surprising for each in state.results)
+    for line in [] if detail == "quiet" else states(state.results, state.plan.gate.document(state.results)):
+        out.print(line, soft_wrap=True)
+    out.print(Text(tally(result.verdict.word for result in state.results), style="bold"))
+    if detail == "quiet":
+        return
+    surprises = sum(result.surprising for result in state.results)
     if surprises:
         out.print(f"{surprises} other than expected")
     seconds = state.document()["seconds"]
