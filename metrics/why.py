@@ -13,12 +13,13 @@ from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import admissible
 from notabug.metrics.valid import invalid
 from notabug.references.models.model import Model, models
-from notabug.references.predict import configured, predict
+from notabug.references.predict import configured, predict, preview_at
 from notabug.references.tracer.probe import Probe, probe
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
 RGB = tuple[float, float, float]
+EDGE_WEIGHT = 0.1  # of a difference at the centre, beside one from all that the neighbours show too
 KINDS = ("convention", "limitation", "fault")  # of explanations that fit, legitimate ones come first
 
 
@@ -50,6 +51,8 @@ class PixelExplanation:
     y: int
     found: RGB
     predictions: tuple[Prediction, ...]
+    others: tuple[str, ...] = ()  # models that are farther off at the pixels' centres, and were not looked at closer
+    idle: tuple[str, ...] = ()  # models that change nothing here
 
     def as_dict(self) -> dict[str, Any]:
         return _finite(asdict(self))  # type: ignore[no-any-return]
@@ -86,27 +89,39 @@ class PixelExplanation:
         if left:
             fitting = sum(each.fits for each in left)
             more = f" ({fitting} of them fit)" if fitting else ", none of which fits"
-            lines.append(f"\n{len(left)} more that change this pixel{more}; --verbose shows them")
-        same = len(self.predictions) - 1 - len(ranked)
-        if same and most is None:
-            names = ", ".join(each.name for each in self.predictions[1:] if each not in ranked)
-            lines.append(f"\nlike the reference here: {names}")
-        elif same:
-            lines.append(f"{same} models change nothing here")
+            lines += ["", f"{len(left)} more that change this pixel{more}; --verbose shows them"]
+        else:
+            lines.append("")
+        if self.others:
+            lines.append(f"{len(self.others)} are farther off")
+        same = [*self.idle, *(each.name for each in self.predictions[1:] if each not in ranked)]
+        if same:
+            lines.append(f"like the reference here: {', '.join(same) if most is None else len(same)}")
         return "\n".join(lines)
 
 
 def explain_pixel(
-    pixels: npt.NDArray[np.floating], scene: Scene, declaration: Declaration, x: int, y: int
+    pixels: npt.NDArray[np.floating],
+    scene: Scene,
+    declaration: Declaration,
+    x: int,
+    y: int,
+    *,
+    closest: int | None = None,
 ) -> PixelExplanation:
-    """Compare the value of ``pixels`` (h, w, 3) at (x, y), y down, with every model of ``scene``."""
+    """Compare the value of ``pixels`` (h, w, 3) at (x, y), y down, with every model of ``scene``.
+
+    ``closest``: with so many models only, those that come nearest at the centres of the pixel and its neighbours. A
+    whole picture of each costs a second or so, a few centres cost nothing.
+    """
     wrong = invalid([np.nan_to_num(pixels)], scene.height, scene.width)
     if wrong is not None and wrong.name in ("wrong_size", "wrong_channels"):
         raise NotabugError(wrong.message, where="picture", do="give the picture of this scene")
     found = np.asarray(pixels[y, x], np.float64)
     made: list[Prediction] = []
     reference = Model("reference", "convention", "what the intended model gives", "")
-    for model in (reference, *(each.under(declaration) for each in models(scene))):
+    acting, others, idle = _sifted(scene, [each.under(declaration) for each in models(scene)], found, x, y, closest)
+    for model in (reference, *acting):
         chosen = () if model is reference else (model,)
         to = admissible(predict(scene, chosen), declaration)
         value, lo, hi = (np.asarray(each[y, x], np.float64) for each in (to.value, to.lo, to.hi))
@@ -132,7 +147,39 @@ def explain_pixel(
                 probe=probe(drawn, options, x + 0.5, y + 0.5),
             )
         )
-    return PixelExplanation(x, y, _rgb(found), tuple(made))
+    return PixelExplanation(x, y, _rgb(found), tuple(made), others, idle)
+
+
+def _sifted(
+    scene: Scene, all_models: list[Model], found: npt.NDArray[np.float64], x: int, y: int, closest: int | None
+) -> tuple[list[Model], tuple[str, ...], tuple[str, ...]]:
+    """The ``closest`` models in their order, the names of those farther off, and of those that change nothing here."""
+    if closest is None:
+        return all_models, (), ()
+    rows = range(max(0, y - 1), min(scene.height, y + 2))
+    columns = range(max(0, x - 1), min(scene.width, x + 2))
+    at = np.array([row * scene.width + column for row in rows for column in columns], np.intp)
+    own = int(np.flatnonzero(at == y * scene.width + x)[0])
+    right = preview_at(scene, (), at)
+    seen = probe(*configured(scene, ()), x + 0.5, y + 0.5)
+    distances: dict[int, float] = {}
+    idle = []
+    for place, model in enumerate(all_models):
+        drawn = preview_at(scene, (model,), at)
+        if np.array_equal(drawn, right) and probe(*configured(scene, (model,)), x + 0.5, y + 0.5) == seen:
+            idle.append(model.name)
+            continue
+        # where an edge crosses the pixel it holds some of what its neighbours show: the found value may lie between
+        lo, hi = np.minimum(drawn, drawn[own]).min(axis=0), np.maximum(drawn, drawn[own]).max(axis=0)
+        between = float(np.abs(found - np.clip(found, lo, hi)).max())
+        distances[place] = between + EDGE_WEIGHT * float(np.abs(found - drawn[own]).max())
+    order = sorted(distances, key=lambda place: distances[place])
+    near = sorted(order[:closest])
+    return (
+        [all_models[place] for place in near],
+        tuple(all_models[place].name for place in order[closest:]),
+        tuple(idle),
+    )
 
 
 def _headline(found: RGB, each: Prediction) -> str:

@@ -18,6 +18,7 @@ from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import read_scene
 
 SHOWN = 5  # explanations, the best ones
+CLOSEST = 12  # models that are looked at closely to find them
 
 
 def command(
@@ -48,7 +49,7 @@ def command(
         declaration = declare([picture], filter_name, None, precision, srgb=srgb, noisy=None, said=said(declare_words))
     else:
         declaration = replace(known.declaration(), **said(declare_words))
-    found = explain_pixel(picture.pixels, scene, declaration, x, y)
+    found = explain_pixel(picture.pixels, scene, declaration, x, y, closest=None if every or as_json else CLOSEST)
     if as_json:
         read = {"channels": list(picture.judged), "notes": list(picture.notes)}
         print(json.dumps(found.as_dict() | read, ensure_ascii=False, allow_nan=False))

@@ -100,6 +100,21 @@ def test_the_best_explanations_come_first_and_few(run_of_a_scene: Path) -> None:
     assert f"{len(ranked) - 5} more that change this pixel" in brief
 
 
+@pytest.mark.parametrize("place", [(14, 11), (8, 6), (12, 20)])
+def test_the_few_that_are_looked_at_closely_are_the_best_of_all(run_of_a_scene: Path, place: tuple[int, int]) -> None:
+    known = origin(run_of_a_scene)
+    assert known is not None
+    scene = read_scene(known.source, known.variants)
+    pixels = read_picture(run_of_a_scene).pixels
+    whole = explain_pixel(pixels, scene, known.declaration(), *place)
+    few = explain_pixel(pixels, scene, known.declaration(), *place, closest=12)
+    assert {each.name for each in few.ranked()[:3]} <= {each.name for each in whole.ranked()[:12]}
+    best = {each.name for each in whole.ranked() if each.fits}
+    assert len(best) > 12 or best <= {each.name for each in few.ranked() if each.fits}
+    told = [each.name for each in few.predictions[1:]]
+    assert sorted([*told, *few.others, *few.idle]) == sorted(each.name for each in whole.predictions[1:])
+
+
 def test_a_right_pixel_is_called_right(desk: Any) -> None:
     path = desk.write("right.exr", desk.right)
     assert desk.say("why", str(path), "--scene", str(desk.source), "--pixel", "20,18", "--filter", "box") == 0
