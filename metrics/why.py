@@ -58,15 +58,23 @@ class PixelExplanation:
         return _finite(asdict(self))  # type: ignore[no-any-return]
 
     def ranked(self) -> tuple[Prediction, ...]:
-        """The models that change something here, best first: those that fit, legitimate ones before faults."""
+        """The models that change something here, best first: those that fit, by how near their own value is.
+
+        Of equally near ones the legitimate come before faults; what is alike in name and value is there once.
+        """
         reference = self.predictions[0]
         acting = [each for each in self.predictions[1:] if each.probe != reference.probe or each.alpha is not None]
+        once = {(each.name, each.value): each for each in reversed(acting)}.values()
         return tuple(
             sorted(
-                acting,
-                key=lambda each: (not each.fits, KINDS.index(each.kind) if each.fits else 0, _off(self.found, each)),
+                once,
+                key=lambda each: (not each.fits, _off(self.found, each), self._from(each), KINDS.index(each.kind)),
             )
         )
+
+    def _from(self, each: Prediction) -> float:
+        """How far the found value is from the model's own, in whole steps of its tolerance."""
+        return math.floor(math.dist(self.found, each.value) / max(each.tolerance, 1e-12))
 
     def as_text(self, most: int | None = None) -> str:
         """The reference with its terms, then the ``most`` best models, each with what it changes; None: all of them."""
@@ -82,9 +90,8 @@ class PixelExplanation:
             if each.alpha is not None:
                 lines.append(f"  found lies at {each.alpha:.2f} between the reference (0) and this model (1)")
             lines += _edge(each)
-            known = set(_terms(reference.probe))
-            changed = [line for line in _terms(each.probe) if line not in known]
-            lines += changed
+            usual = set(_terms(reference.probe))
+            lines += [line for line in _terms(each.probe) if line not in usual]
         left = ranked[len(shown) :]
         if left:
             fitting = sum(each.fits for each in left)
@@ -94,7 +101,8 @@ class PixelExplanation:
             lines.append("")
         if self.others:
             lines.append(f"{len(self.others)} are farther off")
-        same = [*self.idle, *(each.name for each in self.predictions[1:] if each not in ranked)]
+        known = {each.name for each in ranked}
+        same = [*self.idle, *(each.name for each in self.predictions[1:] if each.name not in known)]
         if same:
             lines.append(f"like the reference here: {', '.join(same) if most is None else len(same)}")
         return "\n".join(lines)
