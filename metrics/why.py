@@ -19,7 +19,6 @@ from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
 RGB = tuple[float, float, float]
-EDGE_WEIGHT = 0.1  # of a difference at the centre, beside one from all that the neighbours show too
 KINDS = ("convention", "limitation", "fault")  # of explanations that fit, legitimate ones come first
 
 
@@ -119,8 +118,8 @@ def explain_pixel(
 ) -> PixelExplanation:
     """Compare the value of ``pixels`` (h, w, 3) at (x, y), y down, with every model of ``scene``.
 
-    ``closest``: with so many models only, those that come nearest at the centres of the pixel and its neighbours. A
-    whole picture of each costs a second or so, a few centres cost nothing.
+    ``closest``: with so many models only, those that come nearest at the centres of the pixel and its neighbours, and
+    with none where the pixel is right. A whole picture of each costs a second or so, a few centres cost nothing.
     """
     wrong = invalid([np.nan_to_num(pixels)], scene.height, scene.width)
     if wrong is not None and wrong.name in ("wrong_size", "wrong_channels"):
@@ -128,7 +127,10 @@ def explain_pixel(
     found = np.asarray(pixels[y, x], np.float64)
     made: list[Prediction] = []
     reference = Model("reference", "convention", "what the intended model gives", "")
-    acting, others, idle = _sifted(scene, [each.under(declaration) for each in models(scene)], found, x, y, closest)
+    to = admissible(predict(scene), declaration)
+    right = bool((np.abs(found - np.clip(found, to.lo[y, x], to.hi[y, x])) <= to.tau[y, x]).all())
+    known = [] if right and closest is not None else [each.under(declaration) for each in models(scene)]
+    acting, others, idle = _sifted(scene, known, found, x, y, closest)
     for model in (reference, *acting):
         chosen = () if model is reference else (model,)
         to = admissible(predict(scene, chosen), declaration)
@@ -170,7 +172,7 @@ def _sifted(
     own = int(np.flatnonzero(at == y * scene.width + x)[0])
     right = preview_at(scene, (), at)
     seen = probe(*configured(scene, ()), x + 0.5, y + 0.5)
-    distances: dict[int, float] = {}
+    distances: dict[int, tuple[float, float]] = {}  # at the pixel's centre, and from all that it may hold of edges
     idle = []
     for place, model in enumerate(all_models):
         drawn = preview_at(scene, (model,), at)
@@ -178,16 +180,13 @@ def _sifted(
             idle.append(model.name)
             continue
         # where an edge crosses the pixel it holds some of what its neighbours show: the found value may lie between
-        lo, hi = np.minimum(drawn, drawn[own]).min(axis=0), np.maximum(drawn, drawn[own]).max(axis=0)
-        between = float(np.abs(found - np.clip(found, lo, hi)).max())
-        distances[place] = between + EDGE_WEIGHT * float(np.abs(found - drawn[own]).max())
-    order = sorted(distances, key=lambda place: distances[place])
-    near = sorted(order[:closest])
-    return (
-        [all_models[place] for place in near],
-        tuple(all_models[place].name for place in order[closest:]),
-        tuple(idle),
-    )
+        between = float(np.abs(found - np.clip(found, drawn.min(axis=0), drawn.max(axis=0))).max())
+        distances[place] = (float(np.abs(found - drawn[own]).max()), between)
+    by_centre = sorted(distances, key=lambda place: distances[place])
+    by_edge = sorted(distances, key=lambda place: distances[place][::-1])
+    taken = list(dict.fromkeys(place for pair in zip(by_centre, by_edge, strict=True) for place in pair))[:closest]
+    others = tuple(all_models[place].name for place in by_centre if place not in taken)
+    return [all_models[place] for place in sorted(taken)], others, tuple(idle)
 
 
 def _headline(found: RGB, each: Prediction) -> str:
