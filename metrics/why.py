@@ -19,6 +19,7 @@ from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
 RGB = tuple[float, float, float]
+ENOUGH = 5  # explanations that fit, where not all are asked for
 KINDS = ("convention", "limitation", "fault")  # of explanations that fit, legitimate ones come first
 
 
@@ -119,7 +120,8 @@ def explain_pixel(
     """Compare the value of ``pixels`` (h, w, 3) at (x, y), y down, with every model of ``scene``.
 
     ``closest``: with so many models only, those that come nearest at the centres of the pixel and its neighbours, and
-    with none where the pixel is right. A whole picture of each costs a second or so, a few centres cost nothing.
+    with none where the pixel is right, until ENOUGH fit. A whole picture of each costs a second or so, a few centres
+    cost nothing. A model whose edge only touches the pixel may be missed.
     """
     wrong = invalid([np.nan_to_num(pixels)], scene.height, scene.width)
     if wrong is not None and wrong.name in ("wrong_size", "wrong_channels"):
@@ -131,7 +133,10 @@ def explain_pixel(
     right = bool((np.abs(found - np.clip(found, to.lo[y, x], to.hi[y, x])) <= to.tau[y, x]).all())
     known = [] if right and closest is not None else [each.under(declaration) for each in models(scene)]
     acting, others, idle = _sifted(scene, known, found, x, y, closest)
-    for model in (reference, *acting):
+    for place, model in enumerate((reference, *acting)):
+        if closest is not None and sum(each.fits for each in made[1:]) >= ENOUGH:
+            others += tuple(each.name for each in acting[place - 1 :])
+            break
         chosen = () if model is reference else (model,)
         to = admissible(predict(scene, chosen), declaration)
         value, lo, hi = (np.asarray(each[y, x], np.float64) for each in (to.value, to.lo, to.hi))
@@ -163,7 +168,7 @@ def explain_pixel(
 def _sifted(
     scene: Scene, all_models: list[Model], found: npt.NDArray[np.float64], x: int, y: int, closest: int | None
 ) -> tuple[list[Model], tuple[str, ...], tuple[str, ...]]:
-    """The ``closest`` models in their order, the names of those farther off, and of those that change nothing here."""
+    """The ``closest`` models, nearest first, the names of those farther off, and of those that change nothing here."""
     if closest is None:
         return all_models, (), ()
     rows = range(max(0, y - 1), min(scene.height, y + 2))
@@ -186,7 +191,7 @@ def _sifted(
     by_edge = sorted(distances, key=lambda place: distances[place][::-1])
     taken = list(dict.fromkeys(place for pair in zip(by_centre, by_edge, strict=True) for place in pair))[:closest]
     others = tuple(all_models[place].name for place in by_centre if place not in taken)
-    return [all_models[place] for place in sorted(taken)], others, tuple(idle)
+    return [all_models[place] for place in taken], others, tuple(idle)
 
 
 def _headline(found: RGB, each: Prediction) -> str:

@@ -18,7 +18,7 @@ from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import read_scene
 
 SHOWN = 5  # explanations, the best ones
-CLOSEST = 12  # models that are looked at closely to find them
+CLOSEST = 24  # models that are looked at closely to find them
 
 
 def command(

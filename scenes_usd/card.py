@@ -12,7 +12,7 @@ CLASSES = ("acne", "terminator", "phong", "separation", "mirror", "visibility", 
 
 _STRINGS = ("class", "claim", "figure", "cites", "intent")
 _EXAMPLE = (
-    'write customData = { dictionary notabug = { string class = "texture" string claim = "..." } } on the default prim'
+    'write customData = { dictionary notabug = { string class = "texture"; string claim = "..." } } on the default prim'
 )
 
 

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from pxr import Sdf
 
+from notabug.scenes_usd.card import read_card
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.reader import read_scene
 
@@ -384,3 +386,14 @@ def test_unknown_variant(write: Callable[..., Path]) -> None:
         read_scene(path, {"size": "three"})
     with pytest.raises(SelectionError, match=r"no variant set 'colour'; expected one of size"):
         read_scene(path, {"colour": "red"})
+
+
+def test_the_card_of_the_hint_can_be_pasted(write: Callable[..., Path], tmp_path: Path) -> None:
+    """What the error says to write is valid USD, in the place that it names, and is a card."""
+    with pytest.raises(SceneError) as refused:
+        read_scene(write(("dictionary notabug", "dictionary other")))
+    pasted = str(refused.value).partition("write ")[2].partition(" on the default prim")[0]
+    path = tmp_path / "pasted.usda"
+    path.write_text(f'#usda 1.0\n(defaultPrim = "Scene")\ndef Xform "Scene" (\n    {pasted}\n)\n{{\n}}\n')
+    root = Sdf.Layer.FindOrOpen(str(path)).GetPrimAtPath("/Scene")
+    assert read_card(dict(root.customData), "/Scene").claim == "..."
