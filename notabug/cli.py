@@ -102,6 +102,7 @@ def run(
     executor: Annotated[str, typer.Option(metavar="dask://HOST:PORT", help="A Dask cluster for the jobs.")] = "",
     shard: Annotated[str, typer.Option(metavar="2/8", help="Only this share of the selection.")] = "",
     baseline: Baseline = None,
+    quick: Annotated[bool, typer.Option("--quick", help="One scene of each class: a first look.")] = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
     as_json: Json = False,
@@ -135,6 +136,7 @@ def run(
         executor=executor,
         shard=shard,
         baseline=baseline,
+        few=quick,
         detail="quiet" if quiet else "verbose" if verbose else "normal",
     )
     raise typer.Exit(code)

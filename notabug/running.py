@@ -23,8 +23,11 @@ from notabug.report.loading import load
 from notabug.report.page import draw
 from notabug.run import Plan, Run, find_renderers, run
 from notabug.scenes_usd.errors import SelectionError
-from notabug.selection import NothingSelectedError, choose, parse_variants, part
+from notabug.selection import NothingSelectedError, choose, parse_variants, part, quick
 from notabug.words import tally
+
+FIRST = 1.5  # seconds that a job takes the first time, on two cores: the 125 of the default run take 3 minutes
+LONG = 60.0  # seconds: of a run that is shorter nobody need know how long it takes
 
 
 def command(
@@ -48,6 +51,7 @@ def command(
     shard: str = "",
     baseline: Path | None = None,
     detail: Detail = "normal",
+    few: bool = False,
 ) -> ExitCode:
     """Run the selection and print what came of it; ``remedies``: with and without the workarounds of it."""
     quiet = console(stderr=True)
@@ -62,7 +66,7 @@ def command(
         if remedies
         else choose(scenes, parse_variants(variants), every_variant=every_variant)
     )
-    choices = part(choices, shard)
+    choices = part(quick(choices) if few else choices, shard)
     asked = {name: adapter(name) for name in dict.fromkeys(renderers)} if renderers else adapters()
     required = {name: adapter(name) for name in require}
 
@@ -117,8 +121,10 @@ def _beginning(plan: Plan) -> str:
     """What a run is about to do."""
     names = ", ".join(plan.renderers)
     jobs = sum(len(plan.wanted(choice)) for choice in plan.choices)
-    kept = ", finished results are kept" if plan.resume else ""
-    return f"{len(plan.choices)} scenes, {jobs} jobs with {names}; results go to {plan.out}{kept}"
+    first = not (plan.out / "run.json").is_file()
+    known = f"; the first run takes some {jobs * FIRST / 60:.0f} minutes, later ones keep what is finished"
+    takes = known if first and jobs * FIRST >= LONG else ""
+    return f"{len(plan.choices)} scenes, {jobs} jobs with {names}; results go to {plan.out}{takes}"
 
 
 def _summary(out: Console, state: Run, page: Path, detail: Detail) -> None:

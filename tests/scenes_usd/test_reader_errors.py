@@ -395,5 +395,5 @@ def test_the_card_of_the_hint_can_be_pasted(write: Callable[..., Path], tmp_path
     pasted = str(refused.value).partition("write ")[2].partition(" on the default prim")[0]
     path = tmp_path / "pasted.usda"
     path.write_text(f'#usda 1.0\n(defaultPrim = "Scene")\ndef Xform "Scene" (\n    {pasted}\n)\n{{\n}}\n')
-    root = Sdf.Layer.FindOrOpen(str(path)).GetPrimAtPath("/Scene")
-    assert read_card(dict(root.customData), "/Scene").claim == "..."
+    layer = Sdf.Layer.FindOrOpen(str(path))
+    assert read_card(dict(layer.GetPrimAtPath("/Scene").customData), "/Scene").claim == "..."
