@@ -46,7 +46,9 @@ class Origin:
         told = self.document.get("declaration")
         if isinstance(told, dict):
             known = {each.name for each in fields(Declaration)}
-            values = {name: math.inf if value is None else value for name, value in told.items() if name in known}
+            values: dict[str, Any] = {
+                name: math.inf if value is None else value for name, value in told.items() if name in known
+            }
             return Declaration(**values)
         quality = Quality(samples=self.result.samples, seeds=tuple(range(max(1, self.result.seeds))))
         return adapter(self.result.renderer).declaration(quality)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 from notabug.comparing import Change, compare
 from notabug.record import Result
 
-Word = Literal["", "new", "worse", "better", "fixed"]
-CHANGES: tuple[Word, ...] = ("new", "worse", "better", "fixed")
+CHANGES = ("new", "worse", "better", "fixed")
 
-_OF_STATE: dict[str, Word] = {
+_OF_STATE: dict[str, str] = {
     "new": "new",
     "grew": "worse",
     "expired": "worse",
@@ -21,19 +19,19 @@ _OF_STATE: dict[str, Word] = {
 }
 
 
-def expected_change(result: Result) -> Word:
+def expected_change(result: Result) -> str:
     """Against what is expected of ``result``; what fails and was never expected is new."""
     known = _OF_STATE.get(result.state, "")
     return known or ("new" if result.fails else "")
 
 
-def changes(before: Sequence[Result], after: Sequence[Result]) -> dict[tuple[str, str, str], Word]:
+def changes(before: Sequence[Result], after: Sequence[Result]) -> dict[tuple[str, str, str], str]:
     """The results of ``after`` that are not as they were in ``before``, by scene, variant and renderer."""
     found = compare(list(before), list(after))
     return {(each.scene, each.variant, each.renderer): told for each in found if (told := _told(each))}
 
 
-def _told(change: Change) -> Word:
+def _told(change: Change) -> str:
     if not change.after:
         return ""
     if change.worse:

@@ -254,7 +254,7 @@ def summarise(rows: Sequence[Row], versions: Mapping[str, str], baseline: Mappin
     by_change = {name: tuple(row for row in rows if row.against == name) for name in CHANGES}
     failing = sum(row.result.fails for row in rows)
     here = {key(row.result) for row in rows}
-    counted = Counter(row.result.verdict.word for row in rows)
+    counted: Counter[str] = Counter(row.result.verdict.word for row in rows)
     words = ", ".join(f"{counted[word]} {word}" for word in WORST_FIRST if counted[word]) or "no results"
     fails = f"{failing} of {len(rows)} results fail{'s' if failing == 1 else ''}"
     return Summary(
