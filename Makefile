@@ -24,6 +24,7 @@ setup: .venv/installed renderers
 # Whatever the extension is built from builds it again.
 .venv/installed: pyproject.toml constraints.txt setup.py $(wildcard references/native/*.h references/native/*.cpp)
 	@test -n "$(PYTHON)" || { echo "no Python >= 3.11 on PATH; install one (apt install python3 python3-venv, or pyenv install 3.11) or: make PYTHON=/path/to/python3.11" >&2; exit 1; }
+	@echo "setting up .venv, once: some minutes, most of it for the download of packages"
 	@test -x $(BIN)/python || "$(PYTHON)" -m venv .venv || { rm -rf .venv; echo "$(PYTHON) cannot make a virtual environment; on Debian: apt install python3-venv" >&2; exit 1; }
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools pybind11
 	CXX=$$(.ci/compiler $(BIN)/python) && export CXX && $(BIN)/python -m pip install --quiet --disable-pip-version-check \
@@ -34,6 +35,7 @@ renderers: .venv/installed
 	@test -e .venv/renderers || { .ci/renderers && touch .venv/renderers; } || true
 
 run: setup
+	@echo "make run: rendering and judging (ARGS=--quick for one scene of each class)"
 	$(BIN)/notabug run $(ARGS)
 
 browser: .venv/installed

@@ -18,6 +18,7 @@ from notabug.adapters.declared import PIXELS
 from notabug.adapters.export.formats import export
 from notabug.adapters.job_folder import job_folder, picture_path
 from notabug.adapters.process import DEFAULT, Ended, Limits, failure, made_picture, run_child
+from notabug.adapters.python_modules import with_modules
 from notabug.adapters.requirements import check_supported
 from notabug.adapters.settings import filled
 from notabug.adapters.trees import remove
@@ -36,7 +37,10 @@ class Command:
     command, environment : words with the placeholders of ``settings.PLACEHOLDERS``.
     folder : that of the configuration file; a program with a slash in its name is found from there.
     version : the version itself, or the words of a command whose first line of output it is. With neither, the contents
-        of the program, and of every file in ``folder`` that a word names, stand for it.
+        of the program stand for it.
+    files : globs, from ``folder``, of what else the pictures depend on. A finished result depends on their contents, on
+        those of every file in ``folder`` that a word of command or version names, and where that is a Python program
+        on the modules in ``folder`` that it imports.
     scene, image : the format that the program reads, and the suffix of what it writes.
     pixels, srgb : number format and encoding of its pictures.
     layer : the layer or part of its files that is the picture, where they hold several; "" where that is clear.
@@ -57,6 +61,7 @@ class Command:
     layer: str = ""
     samples: int = 1
     version: tuple[str, ...] | str = ""
+    files: tuple[str, ...] = ()
     environment: dict[str, str] = field(default_factory=dict)
     timeout: float = 600.0
     limits: Limits = DEFAULT
@@ -70,7 +75,7 @@ class Command:
     def find(self) -> Found:
         program = self._program()
         if isinstance(self.version, str):
-            told = self.version or f"of contents {self._contents(program)}"
+            told = self.version or f"of contents {self._contents(Path(program))}"
         else:
             ended = run_child(self._words(self.version), where=self.name, folder=self.folder, timeout=30.0)
             if ended.exit or ended.stopped or not ended.log.strip():
@@ -81,7 +86,7 @@ class Command:
                     do=self.install,
                 )
             told = ended.log.strip().splitlines()[0][:200]
-        return Found(told, program, key=self.key)
+        return Found(told, program, key=f"{self.key} {self._contents()}")
 
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
         check_supported(self, scene)
@@ -197,16 +202,17 @@ class Command:
             )
         return found
 
-    def _contents(self, program: str) -> str:
-        """A hash of the program and of the files in the configuration's folder that the command names."""
+    def _contents(self, *programs: Path) -> str:
+        """A hash of ``programs`` and of all files in the configuration's folder that the pictures depend on."""
+        words = [*self.command[1:], *(self.version[1:] if isinstance(self.version, tuple) else ())]
+        if os.sep in self.command[0]:
+            words.insert(0, self.command[0])
+        holes = dict.fromkeys(_NONE, "") | {"folder": str(self.folder)}
+        named = [path for word in words if (path := self.folder / filled(word, holes)).is_file()]
+        globbed = [path for glob in self.files for path in self.folder.glob(glob) if path.is_file()]
         state = hashlib.blake2b(digest_size=6)
-        named = [
-            self.folder / filled(each, dict.fromkeys(_NONE, "") | {"folder": str(self.folder)})
-            for each in self.command[1:]
-        ]
-        for path in (Path(program), *named):
-            if path.is_file():
-                state.update(path.read_bytes())
+        for path in dict.fromkeys([*programs, *with_modules(named), *sorted(globbed)]):
+            state.update(hashlib.blake2b(path.read_bytes(), digest_size=16).digest())
         return state.hexdigest()
 
 

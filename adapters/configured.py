@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import json
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, get_type_hints
 
 from notabug.adapters import declared, settings
@@ -16,8 +17,9 @@ from notabug.adapters.export.formats import FORMATS
 from notabug.adapters.files import SUFFIXES, Files
 from notabug.adapters.process import DEFAULT, Limits
 
-_COMMAND_KEYS = ("command", "version", "scene", "image", "layer", "samples", "environment", "install")
-_LIMIT_KEYS = ("timeout", "cpu", "memory", "output", "retries")
+COMMAND_KEYS = ("command", "version", "files", "scene", "image", "layer", "samples", "environment", "install")
+LIMIT_KEYS = ("timeout", "cpu", "memory", "output", "retries")
+FILES_KEYS = ("files", "layer", "version", "install")
 _CUT = frozenset({"json", "gltf", "pbrt", "povray", "mitsuba"})  # formats in which we cut n-gons, along 0-2
 _DAY = 86400.0
 
@@ -26,16 +28,16 @@ def configured(name: str, table: Table, known: Mapping[str, Adapter]) -> Adapter
     """The adapter that ``table`` describes; ``known`` are those that it may set (``adapter = "zbuffer"``)."""
     if "adapter" in table.values or name in known:
         return _known(name, table, known)
-    if "files" in table.values:
-        return _files(name, table)
     if "command" in table.values:
         return _command(name, table)
-    table.check_keys([*_COMMAND_KEYS, *_LIMIT_KEYS, *declared.KEYS, "files", "adapter"])
+    if "files" in table.values:
+        return _files(name, table)
+    table.check_keys([*COMMAND_KEYS, *LIMIT_KEYS, *declared.KEYS, "files", "adapter"])
     raise table.fault("command", "missing", expected="command, files or adapter")
 
 
 def _command(name: str, table: Table) -> Command:
-    table.check_keys([*_COMMAND_KEYS, *_LIMIT_KEYS, *declared.KEYS])
+    table.check_keys([*COMMAND_KEYS, *LIMIT_KEYS, *declared.KEYS])
     command = settings.words(table, "command")
     if not command:
         raise table.fault("command", "empty", expected='a list such as ["./render", "{scene}", "{image}"]')
@@ -51,6 +53,10 @@ def _command(name: str, table: Table) -> Command:
     for hole in ("scene", "image"):
         if not settings.names_hole([*command, *environment.values()], hole):
             raise table.fault("command", f"does not name {{{hole}}}", do="the renderer must be told its files")
+    depends = settings.words(table, "files")
+    for each in depends:
+        if not each or Path(each).is_absolute():
+            raise table.fault("files", "not a glob below the file's folder", expected='such as "lib/*.py"', got=each)
     scene = settings.choice(table, "scene", "json", tuple(FORMATS))
     version = table.values.get("version", "")
     return Command(
@@ -66,6 +72,7 @@ def _command(name: str, table: Table) -> Command:
         layer=settings.text(table, "layer", ""),
         samples=settings.whole(table, "samples", 1, 1, 1 << 20),
         version=settings.words(table, "version") if isinstance(version, list) else settings.text(table, "version", ""),
+        files=depends,
         environment=environment,
         timeout=settings.number(table, "timeout", 600.0, 0.001, _DAY),
         limits=Limits(
@@ -80,7 +87,7 @@ def _command(name: str, table: Table) -> Command:
 
 
 def _files(name: str, table: Table) -> Files:
-    table.check_keys(["files", "layer", "version", "install", *declared.KEYS])
+    table.check_keys([*FILES_KEYS, *declared.KEYS])
     return Files(
         name=name,
         folder=table.folder / settings.text(table, "files", ""),

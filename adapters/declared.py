@@ -23,7 +23,8 @@ SRGB_SLOPE = 2.4 / 1.055  # of the decoding at 1: by so much does a step of the 
 RADIUS = {"point": 0.0, "box": 0.5, "tent": 1.0, "gaussian": 2.0, "unknown": 2.0}  # pixels, where none is declared
 _DERIVED = ("quantum", "relative_quantum", "shared_exponent", "white")
 _HINTS: dict[str, Any] = {name: hint for name, hint in get_type_hints(Declaration).items() if name not in _DERIVED}
-KEYS = (*_HINTS, "pixels", "encoding", "capabilities")
+OF_NUMBERS = ("quantum", "white")  # of the output, where it is coarser than its file's format
+KEYS = (*_HINTS, *OF_NUMBERS, "pixels", "encoding", "capabilities")
 CAPABILITIES = frozenset(
     {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
     | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows"}
@@ -38,6 +39,7 @@ _OF_A_PICTURE = {
     for name, hint in _HINTS.items()
     if get_origin(hint) is Literal and "unknown" in get_args(hint) and name != "filter"
 } | {"bounces": -1}
+SMALLEST_WHITE = 1e-6  # radiance: below it no picture of the corpus shows anything
 _MOST = {"bounces": 8, "samples": 1 << 20, "radius": 16.0, "hit_error": 1.0, "epsilon": 1e9}
 
 
@@ -49,12 +51,13 @@ def declaration(table: Table, *, ngon_split: str) -> Declaration:
     fallback["radius"] = RADIUS[settings.choice(table, "filter", "unknown", tuple(RADIUS))]
     said = {name: _value(table, name, fallback[name]) for name in _HINTS}
     numbers = PIXELS[pixels(table)]
+    step = settings.number(table, "quantum", numbers.quantum, *bounds("quantum"))
     return Declaration(
         **said,
-        quantum=numbers.quantum * (SRGB_SLOPE if is_srgb(table) else 1.0),
+        quantum=step * (SRGB_SLOPE if is_srgb(table) else 1.0),
         relative_quantum=numbers.relative,
         shared_exponent=numbers.shared,
-        white=math.inf if numbers.relative else 1.0,
+        white=settings.number(table, "white", math.inf if numbers.relative else 1.0, *bounds("white")),
     )
 
 
@@ -65,10 +68,22 @@ def _value(table: Table, name: str, fallback: Any) -> Any:
         return settings.choice(table, name, fallback, get_args(hint))
     if hint in (bool, bool | None):
         return settings.flag(table, name, False) if name in table.values else fallback
-    least = -1 if name in ("bounces", "hit_error", "epsilon") else 0
+    least, most = bounds(name)
     if hint is int:
-        return settings.whole(table, name, fallback, least, int(_MOST[name]))
-    return settings.number(table, name, fallback, least, _MOST[name])
+        return settings.whole(table, name, fallback, int(least), int(most))
+    return settings.number(table, name, fallback, least, most)
+
+
+def hint(name: str) -> Any:
+    """The type of the value of ``name``, a key of a declaration."""
+    return float if name in OF_NUMBERS else _HINTS.get(name)
+
+
+def bounds(name: str) -> tuple[float, float]:
+    """The least and the largest value of ``name``, a key whose value is a number."""
+    if name in OF_NUMBERS:
+        return (0.0, 1.0) if name == "quantum" else (SMALLEST_WHITE, math.inf)
+    return (-1.0 if name in ("bounces", "hit_error", "epsilon") else 0.0, _MOST[name])
 
 
 def unknown() -> dict[str, Any]:
@@ -87,10 +102,11 @@ def said(words: Sequence[str]) -> dict[str, Any]:
         key, equals, value = word.partition("=")
         if not equals:
             raise ConfigError("not KEY=VALUE", where="--declare", expected="such as interpolation=gouraud", got=word)
-        values[key.strip()] = _typed(_HINTS.get(key.strip()), value.strip())
+        values[key.strip()] = _typed(hint(key.strip()), value.strip())
     table = Table(values, "--declare", Path())
-    table.check_keys(list(_HINTS))
-    found = {name: _value(table, name, None) for name in values}
+    table.check_keys([*_HINTS, *OF_NUMBERS])
+    found = {name: _value(table, name, None) for name in values if name in _HINTS}
+    found |= {name: settings.number(table, name, 0.0, *bounds(name)) for name in values if name in OF_NUMBERS}
     if "filter" in found:
         found.setdefault("radius", RADIUS[found["filter"]])
     return found
@@ -123,6 +139,8 @@ def declarations() -> list[dict[str, str]]:
         default = _OF_A_PICTURE.get(name, _OF_AN_OPTION.get(name, ""))
         shown = "unknown" if default == -1 else f"{default}"
         rows.append({"key": name, "values": values, "default": shown, "meaning": meaning[name]})
+    for name, values in (("quantum", "0 to 1"), ("white", f"{SMALLEST_WHITE:g} or more")):
+        rows.append({"key": name, "values": values, "default": "the file's", "meaning": meaning[name]})
     return rows
 
 

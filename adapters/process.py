@@ -109,7 +109,9 @@ def failure(what: str, *, where: str, got: str = "", log: str = "", do: str = ""
     """A RendererError that quotes the last lines of ``log`` and carries all of it."""
     lines = [line.rstrip()[-_QUOTED:] for line in log.splitlines() if line.strip()][-_QUOTED_LINES:]
     quoted = "".join(f"\n  | {line}" for line in lines)
-    error = RendererError(what, where=f"adapter {where!r}", got=got, do=(do or "see its log") + quoted)
+    error = RendererError(
+        what, where=f"adapter {where!r}", got=got, do=(do or ("see what it printed" if lines else "")) + quoted
+    )
     error.log = log
     return error
 

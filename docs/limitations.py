@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from notabug.listing import list_models
-from notabug.report.page import load
+from notabug.record import load
 from notabug.words import number, readable
 
 OURS = ("inhouse", "zbuffer")

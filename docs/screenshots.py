@@ -1,4 +1,4 @@
-"""``python docs/screenshots.py GALLERY``: pictures of a gallery's first page, matrix and viewer for the README."""
+"""``python docs/screenshots.py GALLERY [RUN]``: a gallery's pages and a run's report, as the README shows them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PAGES = {
 }
 
 
-def main(gallery: Path) -> None:
+def main(gallery: Path | None, run: Path | None) -> None:
     program = shutil.which("chromium")
     if program is None:
         sys.exit("no Chromium: apt install chromium")
@@ -23,7 +23,12 @@ def main(gallery: Path) -> None:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=program, args=options)
         page = browser.new_page(viewport={"width": 1280, "height": 860})
-        for name, address in PAGES.items():
+        page.set_default_timeout(120_000)  # milliseconds: the first page of a busy machine takes its time
+        if run is not None:
+            page.goto((run / "report.html").resolve().as_uri())
+            page.wait_for_load_state("load")
+            page.screenshot(path=Path(__file__).with_name("overview.png"))
+        for name, address in PAGES.items() if gallery is not None else ():
             page.goto(f"{gallery.resolve().as_uri()}/{address}")
             page.wait_for_load_state("networkidle")
             if name == "viewer":
@@ -34,4 +39,5 @@ def main(gallery: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "notabug-gallery"))
+    given = [Path(word) if word != "-" else None for word in sys.argv[1:3]]
+    main(*(given + [None] * (2 - len(given)) if given else [Path("notabug-gallery"), Path("notabug-out")]))

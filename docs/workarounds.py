@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from notabug.record import load
 from notabug.references.workarounds.workaround import workarounds
-from notabug.report.page import load
 from notabug.words import number, readable
 
 HEAD = """# The paper's workarounds, with and without

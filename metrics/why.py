@@ -13,12 +13,14 @@ from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import admissible
 from notabug.metrics.valid import invalid
 from notabug.references.models.model import Model, models
-from notabug.references.predict import configured, predict
+from notabug.references.predict import configured, predict, preview_at
 from notabug.references.tracer.probe import Probe, probe
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
 RGB = tuple[float, float, float]
+ENOUGH = 5  # explanations that fit, where not all are asked for
+KINDS = ("convention", "limitation", "fault")  # of explanations that fit, legitimate ones come first
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,42 +51,92 @@ class PixelExplanation:
     y: int
     found: RGB
     predictions: tuple[Prediction, ...]
+    others: tuple[str, ...] = ()  # models that are farther off at the pixels' centres, and were not looked at closer
+    idle: tuple[str, ...] = ()  # models that change nothing here
 
     def as_dict(self) -> dict[str, Any]:
         return _finite(asdict(self))  # type: ignore[no-any-return]
 
-    def as_text(self) -> str:
-        """The terms, one block a model; models that change nothing here are named in one line."""
-        lines = [f"pixel ({self.x}, {self.y}): found {_show(self.found)}"]
+    def ranked(self) -> tuple[Prediction, ...]:
+        """The models that change something here, best first: those that fit, by how near their own value is.
+
+        Of equally near ones the legitimate come before faults; what is alike in name and value is there once.
+        """
         reference = self.predictions[0]
-        same = [each.name for each in self.predictions[1:] if each.probe == reference.probe and each.alpha is None]
-        for each in self.predictions:
-            if each.name in same:
-                continue
-            verdict = "fits" if each.fits else f"off by {_off(self.found, each):.3g} (tolerance {each.tolerance:.2g})"
-            lines.append(f"\n{each.name} ({each.kind}): {_show(each.value)}  {verdict}")
-            lines.append(f"  {each.claim}")
+        acting = [each for each in self.predictions[1:] if each.probe != reference.probe or each.alpha is not None]
+        once = {(each.name, each.value): each for each in reversed(acting)}.values()
+        return tuple(
+            sorted(
+                once,
+                key=lambda each: (not each.fits, _off(self.found, each), self._from(each), KINDS.index(each.kind)),
+            )
+        )
+
+    def _from(self, each: Prediction) -> float:
+        """How far the found value is from the model's own, in whole steps of its tolerance."""
+        return math.floor(math.dist(self.found, each.value) / max(each.tolerance, 1e-12))
+
+    def as_text(self, most: int | None = None) -> str:
+        """The reference with its terms, then the ``most`` best models, each with what it changes; None: all of them."""
+        reference = self.predictions[0]
+        ranked = self.ranked()
+        shown = ranked[:most]
+        lines = [f"pixel ({self.x}, {self.y}): found {_show(self.found)}", ""]
+        lines += [_headline(self.found, reference), *_edge(reference), *_terms(reference.probe)]
+        if reference.fits:
+            lines.append("  nothing is wrong with this pixel")
+        for place, each in enumerate(shown, 1):
+            lines += ["", f"{place}. {_headline(self.found, each)}", f"  {each.claim}"]
             if each.alpha is not None:
                 lines.append(f"  found lies at {each.alpha:.2f} between the reference (0) and this model (1)")
-            if each.lo != each.hi:
-                lines.append(f"  edge: anything from {_show(each.lo)} to {_show(each.hi)} is admitted")
-            lines += _terms(each.probe)
+            lines += _edge(each)
+            usual = set(_terms(reference.probe))
+            lines += [line for line in _terms(each.probe) if line not in usual]
+        left = ranked[len(shown) :]
+        if left:
+            fitting = sum(each.fits for each in left)
+            more = f" ({fitting} of them fit)" if fitting else ", none of which fits"
+            lines += ["", f"{len(left)} more that change this pixel{more}; --verbose shows them"]
+        else:
+            lines.append("")
+        if self.others:
+            lines.append(f"{len(self.others)} are farther off")
+        known = {each.name for each in ranked}
+        same = [*self.idle, *(each.name for each in self.predictions[1:] if each.name not in known)]
         if same:
-            lines.append(f"\nlike the reference here: {', '.join(same)}")
+            lines.append(f"like the reference here: {', '.join(same) if most is None else len(same)}")
         return "\n".join(lines)
 
 
 def explain_pixel(
-    pixels: npt.NDArray[np.floating], scene: Scene, declaration: Declaration, x: int, y: int
+    pixels: npt.NDArray[np.floating],
+    scene: Scene,
+    declaration: Declaration,
+    x: int,
+    y: int,
+    *,
+    closest: int | None = None,
 ) -> PixelExplanation:
-    """Compare the value of ``pixels`` (h, w, 3) at (x, y), y down, with every model of ``scene``."""
+    """Compare the value of ``pixels`` (h, w, 3) at (x, y), y down, with every model of ``scene``.
+
+    ``closest``: with so many models only, those that come nearest at the centres of the pixel and its neighbours, and
+    with none where the pixel is right, until ENOUGH fit. A whole picture of each costs a second or so, a few centres
+    cost nothing. A model whose edge only touches the pixel may be missed.
+    """
     wrong = invalid([np.nan_to_num(pixels)], scene.height, scene.width)
     if wrong is not None and wrong.name in ("wrong_size", "wrong_channels"):
         raise NotabugError(wrong.message, where="picture", do="give the picture of this scene")
     found = np.asarray(pixels[y, x], np.float64)
     made: list[Prediction] = []
     reference = Model("reference", "convention", "what the intended model gives", "")
-    for model in (reference, *(each.under(declaration) for each in models(scene))):
+    to = admissible(predict(scene), declaration)
+    right = bool((np.abs(found - np.clip(found, to.lo[y, x], to.hi[y, x])) <= to.tau[y, x]).all())
+    known = [] if right and closest is not None else [each.under(declaration) for each in models(scene)]
+    acting, others, idle = _sifted(scene, known, found, x, y, closest)
+    for place, model in enumerate((reference, *acting)):
+        if closest is not None and sum(each.fits for each in made[1:]) >= ENOUGH:
+            others += tuple(each.name for each in acting[place - 1 :])
+            break
         chosen = () if model is reference else (model,)
         to = admissible(predict(scene, chosen), declaration)
         value, lo, hi = (np.asarray(each[y, x], np.float64) for each in (to.value, to.lo, to.hi))
@@ -110,7 +162,46 @@ def explain_pixel(
                 probe=probe(drawn, options, x + 0.5, y + 0.5),
             )
         )
-    return PixelExplanation(x, y, _rgb(found), tuple(made))
+    return PixelExplanation(x, y, _rgb(found), tuple(made), others, idle)
+
+
+def _sifted(
+    scene: Scene, all_models: list[Model], found: npt.NDArray[np.float64], x: int, y: int, closest: int | None
+) -> tuple[list[Model], tuple[str, ...], tuple[str, ...]]:
+    """The ``closest`` models, nearest first, the names of those farther off, and of those that change nothing here."""
+    if closest is None:
+        return all_models, (), ()
+    rows = range(max(0, y - 1), min(scene.height, y + 2))
+    columns = range(max(0, x - 1), min(scene.width, x + 2))
+    at = np.array([row * scene.width + column for row in rows for column in columns], np.intp)
+    own = int(np.flatnonzero(at == y * scene.width + x)[0])
+    right = preview_at(scene, (), at)
+    seen = probe(*configured(scene, ()), x + 0.5, y + 0.5)
+    distances: dict[int, tuple[float, float]] = {}  # at the pixel's centre, and from all that it may hold of edges
+    idle = []
+    for place, model in enumerate(all_models):
+        drawn = preview_at(scene, (model,), at)
+        if np.array_equal(drawn, right) and probe(*configured(scene, (model,)), x + 0.5, y + 0.5) == seen:
+            idle.append(model.name)
+            continue
+        # where an edge crosses the pixel it holds some of what its neighbours show: the found value may lie between
+        between = float(np.abs(found - np.clip(found, drawn.min(axis=0), drawn.max(axis=0))).max())
+        distances[place] = (float(np.abs(found - drawn[own]).max()), between)
+    by_centre = sorted(distances, key=lambda place: distances[place])
+    by_edge = sorted(distances, key=lambda place: distances[place][::-1])
+    taken = list(dict.fromkeys(place for pair in zip(by_centre, by_edge, strict=True) for place in pair))[:closest]
+    others = tuple(all_models[place].name for place in by_centre if place not in taken)
+    return [all_models[place] for place in taken], others, tuple(idle)
+
+
+def _headline(found: RGB, each: Prediction) -> str:
+    verdict = "fits" if each.fits else f"off by {_off(found, each):.3g} (tolerance {each.tolerance:.2g})"
+    kind = "" if each.kind == each.name else f" ({each.kind})"
+    return f"{each.name}{kind}: {_show(each.value)}  {verdict}"
+
+
+def _edge(each: Prediction) -> list[str]:
+    return [f"  edge: anything from {_show(each.lo)} to {_show(each.hi)} is admitted"] if each.lo != each.hi else []
 
 
 def _terms(seen: Probe) -> list[str]:

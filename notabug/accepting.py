@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import datetime
+import json
 import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
 
 from notabug.exit_codes import ExitCode
-from notabug.expect_file import HEAD, VERDICTS, ExpectationError, with_entry
+from notabug.expect_file import HEAD, VERDICTS, ExpectationError, values, with_entry
 from notabug.expectation import Band, Entry, found_names
 from notabug.folders import write_text
 from notabug.progress import console
@@ -32,6 +33,7 @@ def command(
     band: float,
     out: Path,
     path: Path,
+    as_json: bool = False,
 ) -> ExitCode:
     """Write the entry for the result of ``scene``, ``renderer`` and ``variants`` in the run ``out`` to ``path``."""
     if os.environ.get("CI", "").strip().lower() not in ("", "0", "false"):
@@ -43,6 +45,9 @@ def command(
     entry = entry_for(result, because.strip(), document["tool"]["models"], link, _date(expires), band)
     text = path.read_text(encoding="utf-8") if path.is_file() else HEAD
     write_text(path, with_entry(text, entry))
+    if as_json:
+        print(json.dumps({"file": str(path), "accepted": values(entry)}, ensure_ascii=False, default=str))
+        return ExitCode.OK
     band_text = ", ".join(f"{key} {getattr(entry, key)}" for key in LEAST if getattr(entry, key))
     what = ": ".join(part for part in (entry.verdict, entry.name) if part)
     console().print(f"{path}: {' '.join(filter(None, entry.key))}, {what}", markup=False, soft_wrap=True)

@@ -80,7 +80,9 @@ def calibrate(adapter: Adapter, found: Found, quality: Quality, *, fresh: bool =
     path = cache_root() / "calibration" / f"{key}.json"
     if not fresh:
         try:
-            return replace(Calibrated(**json.loads(path.read_text("utf-8"))), cached=True)
+            known = replace(Calibrated(**json.loads(path.read_text("utf-8"))), cached=True)
+            if known.fine:  # what was refused may have been mended where nobody looks, and is drawn again
+                return known
         except (OSError, ValueError, TypeError):
             pass
     try:

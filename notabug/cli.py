@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import os
 import sys
 from pathlib import Path
@@ -13,8 +14,10 @@ import typer
 
 from notabug import __version__
 from notabug.ending import Stopped, exit_state, report_defect, signals_as_exceptions
+from notabug.examples import epilog
 from notabug.exit_codes import ExitCode, exit_code
 from notabug.options import (
+    Baseline,
     Bench,
     BenchPart,
     CameraOption,
@@ -29,14 +32,18 @@ from notabug.options import (
     Page,
     Precision,
     PurposeOption,
+    Quiet,
+    Renderer,
     Renderers,
     Samples,
     SceneOption,
+    Scenes,
     Seeds,
     TimeOption,
     Topic,
     Variant,
     Variants,
+    Verbose,
 )
 from notabug.scenes_usd.errors import FileError, NotabugError, is_of_files
 
@@ -47,7 +54,6 @@ app = typer.Typer(
     epilog="Exit codes: 0 nothing worse than accepted, 1 bug, 2 usage, 3 renderer error, 4 missing reference, 5 "
     "nothing selected, 70 a defect of notabug, 130 or 143 stopped by a signal.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 
@@ -67,11 +73,9 @@ def _notabug(
     del version
 
 
-@app.command()
+@app.command(epilog=epilog("run"))
 def run(
-    scenes: Annotated[
-        list[str] | None, typer.Argument(metavar="[SCENE]...", help="Ids, classes, globs or USD files; default: all.")
-    ] = None,
+    scenes: Scenes = None,
     renderer: Renderers = None,
     variant: Variant = None,
     variants: Annotated[
@@ -103,6 +107,10 @@ def run(
     ] = 0,
     executor: Annotated[str, typer.Option(metavar="dask://HOST:PORT", help="A Dask cluster for the jobs.")] = "",
     shard: Annotated[str, typer.Option(metavar="2/8", help="Only this share of the selection.")] = "",
+    baseline: Baseline = None,
+    quick: Annotated[bool, typer.Option("--quick", help="One scene of each class: a first look.")] = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
     as_json: Json = False,
 ) -> None:
     """Render scenes and judge every picture."""
@@ -133,11 +141,14 @@ def run(
         jobs=jobs,
         executor=executor,
         shard=shard,
+        baseline=baseline,
+        few=quick,
+        detail="quiet" if quiet else "verbose" if verbose else "normal",
     )
     raise typer.Exit(code)
 
 
-@app.command()
+@app.command(epilog=epilog("judge"))
 def judge(
     images: Annotated[list[Path], typer.Argument(metavar="IMAGE...", help="Pictures; several are independent seeds.")],
     scene: SceneOption,
@@ -159,6 +170,7 @@ def judge(
     declare: Declare = None,
     layer: Layer = "",
     out: Annotated[Path | None, typer.Option(help="Also write maps, run.json and report.html here.")] = None,
+    quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
     """Judge pictures made anywhere."""
@@ -178,11 +190,12 @@ def judge(
         as_json=as_json,
         declare_words=declare or [],
         layer=layer,
+        quiet=quiet,
     )
     raise typer.Exit(code)
 
 
-@app.command()
+@app.command(epilog=epilog("check"))
 def check(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A USD file, or an id.")],
     variant: Variant = None,
@@ -198,7 +211,7 @@ def check(
     raise typer.Exit(command(source=scene, variants=variant or [], view=view, as_json=as_json))
 
 
-@app.command()
+@app.command(epilog=epilog("adapt"))
 def adapt(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A USD file.")],
     out: Annotated[Path, typer.Option(help="The layer to write, beside the scene or above it.")],
@@ -217,20 +230,29 @@ def adapt(
     raise typer.Exit(command(source=scene, out=out, variants=variant or [], view=view, size=size, as_json=as_json))
 
 
-@app.command()
+@app.command(epilog=epilog("why"))
 def why(
     image: Annotated[Path, typer.Argument(metavar="IMAGE", help="The picture.")],
-    scene: SceneOption,
-    pixel: Annotated[str, typer.Option("--pixel", metavar="X,Y", help="The pixel, from 0, y down.")],
+    scene: SceneOption = "",
+    pixel: Annotated[
+        str,
+        typer.Option(
+            "--pixel", metavar="X,Y", help="The pixel, from 0, y down. Default: the worst one of a picture of a run."
+        ),
+    ] = "",
     variant: Variant = None,
     filter: Annotated[Filter, typer.Option(help="The renderer's pixel filter.")] = Filter.unknown,  # noqa: A002
     precision: Annotated[Precision, typer.Option(help="Arithmetic of the intersections.")] = Precision.float32,
     encoding: Annotated[Encoding, typer.Option(help="What the picture's numbers are.")] = Encoding.linear,
     declare: Declare = None,
     layer: Layer = "",
+    verbose: Verbose = False,
     as_json: Json = False,
 ) -> None:
-    """Say what each model predicts at one pixel, and which one fits."""
+    """Say what each model predicts at one pixel, and which ones fit, best first.
+
+    Of a picture that lies in a run's folder, scene, variant and what its renderer declares are taken from the run.
+    """
     from notabug.why import command
 
     code = command(
@@ -244,23 +266,25 @@ def why(
         as_json=as_json,
         declare_words=declare or [],
         layer=layer,
+        every=verbose,
     )
     raise typer.Exit(code)
 
 
-@app.command()
+@app.command(epilog=epilog("references"))
 def references(
     deed: Annotated[Deed, typer.Argument(help="Write the references, or check that they are there and right.")],
-    scenes: Annotated[list[str] | None, typer.Argument(metavar="[SCENE]...", help="Default: all.")] = None,
+    scenes: Scenes = None,
     variant: Variant = None,
+    as_json: Json = False,
 ) -> None:
     """Build or verify the corpus of reference pictures."""
     from notabug.corpus import command
 
-    raise typer.Exit(command(deed.value, scenes or [], variant or []))
+    raise typer.Exit(command(deed.value, scenes or [], variant or [], as_json))
 
 
-@app.command()
+@app.command(epilog=epilog("calibrate"))
 def calibrate(
     renderer: Renderers = None,
     samples: Samples = 0,
@@ -274,23 +298,24 @@ def calibrate(
     raise typer.Exit(command(renderer or [], samples, timeout, fresh, as_json))
 
 
-@app.command()
+@app.command(epilog=epilog("export"))
 def export(
     to: Annotated[Format, typer.Option("--to", help="The format.")],
-    scenes: Annotated[list[str] | None, typer.Argument(metavar="[SCENE]...", help="Default: all.")] = None,
+    scenes: Scenes = None,
     variant: Variant = None,
     variants: Annotated[
         Variants, typer.Option(help="Default variants only, or each set varied in turn.")
     ] = Variants.default,
     out: Annotated[Path, typer.Option(help="Folder for class/scene/variant/.")] = Path("notabug-scenes"),
+    as_json: Json = False,
 ) -> None:
     """Write scenes for renderers that read no USD, with scene.json beside each."""
     from notabug.exporting import command
 
-    raise typer.Exit(command(scenes or [], variant or [], variants is Variants.all, to.value, out))
+    raise typer.Exit(command(scenes or [], variant or [], variants is Variants.all, to.value, out, as_json))
 
 
-@app.command("list")
+@app.command("list", epilog=epilog("list"))
 def list_(
     topic: Annotated[Topic, typer.Argument(help="What to list.")] = Topic.scenes,
     as_json: Json = False,
@@ -301,7 +326,7 @@ def list_(
     raise typer.Exit(command(topic.value, as_json))
 
 
-@app.command()
+@app.command(epilog=epilog("doctor"))
 def doctor(as_json: Json = False) -> None:
     """Say what is installed, what is missing, and how to get it."""
     from notabug.doctor import command
@@ -309,7 +334,7 @@ def doctor(as_json: Json = False) -> None:
     raise typer.Exit(command(as_json))
 
 
-@app.command()
+@app.command(epilog=epilog("install"))
 def install(
     name: Annotated[str, typer.Argument(help="The renderer; without one, what can be installed is listed.")] = "",
     python: Annotated[str, typer.Option(help="The interpreter for it; default: one of the version it needs.")] = "",
@@ -321,7 +346,7 @@ def install(
     raise typer.Exit(command(name, python, remove=remove))
 
 
-@app.command()
+@app.command(epilog=epilog("bench"))
 def bench(
     what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,
     quick: Annotated[bool, typer.Option("--quick", help="A small sample (not of speed).")] = False,
@@ -382,10 +407,10 @@ def bench(
     raise typer.Exit(command(as_json))
 
 
-@app.command()
+@app.command(epilog=epilog("reduce"))
 def reduce(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="An id or a USD file on which the renderer has a bug.")],
-    renderer: Annotated[str, typer.Option("--renderer", "-r", help="The renderer.")],
+    renderer: Renderer,
     variant: Variant = None,
     settings: Annotated[
         list[str] | None,
@@ -397,6 +422,7 @@ def reduce(
     any_name: Annotated[
         bool, typer.Option("--any-name", help="Go on while there is any bug, whatever its name.")
     ] = False,
+    as_json: Json = False,
 ) -> None:
     """Shrink a scene while a renderer's bug on it stays, and write what a bug report needs."""
     from notabug.reducing import command
@@ -411,14 +437,15 @@ def reduce(
             samples=samples,
             seeds=seeds,
             any_name=any_name,
+            as_json=as_json,
         )
     )
 
 
-@app.command()
+@app.command(epilog=epilog("accept"))
 def accept(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene of the last run.")],
-    renderer: Annotated[str, typer.Option("--renderer", "-r", help="The renderer.")],
+    renderer: Renderer,
     because: Annotated[str, typer.Option(help="Why: a sentence for whoever reads the file next.")],
     variant: Variant = None,
     link: Annotated[str, typer.Option(help="Where it is discussed.")] = "",
@@ -426,6 +453,7 @@ def accept(
     band: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share by which area and jnd may differ.")] = 0.1,
     run: Annotated[Path, typer.Option("--run", help="The folder of the run.")] = Path("notabug-out"),
     expect: Annotated[Path, typer.Option(help="The file to write.")] = Path("notabug.expect.toml"),
+    as_json: Json = False,
 ) -> None:
     """Accept one result of the last run: write it to notabug.expect.toml, for review."""
     from notabug.accepting import command
@@ -441,25 +469,27 @@ def accept(
             band=band,
             out=run,
             path=expect,
+            as_json=as_json,
         )
     )
 
 
-@app.command()
+@app.command(epilog=epilog("merge"))
 def merge(
     folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of runs, such as shards.")],
     out: Annotated[Path, typer.Option(help="The folder to make.")],
     partial: Annotated[
         bool, typer.Option("--partial", help="Also where a shard, the end of a run or a picture is missing.")
     ] = False,
+    as_json: Json = False,
 ) -> None:
     """Make one run of several, pictures and all."""
     from notabug.merging import command
 
-    raise typer.Exit(command(folders, out, partial))
+    raise typer.Exit(command(folders, out, partial, as_json))
 
 
-@app.command()
+@app.command(epilog=epilog("diff"))
 def diff(
     before: Annotated[Path, typer.Argument(metavar="RUN_A", help="The folder of a run.")],
     after: Annotated[Path, typer.Argument(metavar="RUN_B", help="The folder of a later one.")],
@@ -471,24 +501,30 @@ def diff(
     raise typer.Exit(command(before, after, as_json))
 
 
-@app.command()
+@app.command(epilog=epilog("report"))
 def report(
     folder: Annotated[Path, typer.Argument(help="The folder of a run.")] = Path("notabug-out"),
     white: Annotated[float, typer.Option(min=1e-6, help="The radiance that is shown as white.")] = 1.0,
     to: Annotated[Page, typer.Option(help="The page, or text for a build server on standard output.")] = Page.html,
+    baseline: Baseline = None,
+    single_file: Annotated[
+        bool, typer.Option("--single-file", help="One page that holds its pictures, to be sent or attached.")
+    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Draw report.html again from run.json and the pictures next to it, or write it for a build server."""
     if to is Page.html:
         from notabug.report.page import draw
 
-        typer.echo(draw(folder, white))
+        page = draw(folder, white, baseline=baseline, single_file=single_file)
+        typer.echo(json.dumps({"report": str(page)}) if as_json else page)
     else:
         from notabug.report.builds import command
 
         raise typer.Exit(command(folder, to.value))
 
 
-@app.command()
+@app.command(epilog=epilog("gallery"))
 def gallery(
     runs: Annotated[
         list[Path] | None, typer.Argument(metavar="[RUN]...", help="Folders of runs, oldest first; default: none.")
@@ -504,13 +540,22 @@ def gallery(
     step: Annotated[int, typer.Option(min=1, help="Terms are kept for every STEP-th pixel.")] = 4,
     bench: Annotated[Path | None, typer.Option(help="A folder of SVG plots that join the site.")] = None,
     white: Annotated[float, typer.Option(min=1e-6, help="The radiance that small pictures show as white.")] = 1.0,
+    as_json: Json = False,
 ) -> None:
     """Build a site to browse the corpus and runs, down to the float pixel."""
     from notabug.gallery.command import command
 
     every = variants is Variants.all
     code = command(
-        runs or [], out, every_variant=every, with_models=models, step=step, bench=bench, white=white, only=scene or []
+        runs or [],
+        out,
+        every_variant=every,
+        with_models=models,
+        step=step,
+        bench=bench,
+        white=white,
+        only=scene or [],
+        as_json=as_json,
     )
     raise typer.Exit(code)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from notabug.exit_codes import ExitCode
 from notabug.progress import console
@@ -11,7 +13,7 @@ from notabug.scenes_usd.scene import Scene
 from notabug.selection import choose, parse_variants
 
 
-def command(deed: str, sources: Sequence[str], variants: Sequence[str]) -> ExitCode:
+def command(deed: str, sources: Sequence[str], variants: Sequence[str], as_json: bool = False) -> ExitCode:
     """``build`` writes, ``verify`` only reads; the code is REFERENCE where something is missing or differs.
 
     Without ``variants`` every one of each set is taken.
@@ -20,21 +22,23 @@ def command(deed: str, sources: Sequence[str], variants: Sequence[str]) -> ExitC
     from notabug.references.store import ReferenceMissingError, build, compare
 
     out = console(stderr=True)
+    told: list[dict[str, Any]] = []
     code = ExitCode.OK
     for scene in _scenes(sources, variants):
         name = f"{scene.id} {scene.variant}".rstrip()
         try:
-            if deed == "build":
-                out.print(f"{name}: {build(scene)}", markup=False, soft_wrap=True)
-                continue
-            found = compare(scene)
+            found = compare(scene) if deed != "build" else None
+            said = str(build(scene) if found is None else found)
+            fine = found is None or found.accepted
         except (ReferenceMissingError, ReferenceNotFiniteError) as error:
-            out.print(str(error), markup=False, soft_wrap=True)
-            code = ExitCode.REFERENCE
-            continue
-        out.print(f"{name}: {found}", markup=False, soft_wrap=True)
-        if not found.accepted:
-            code = ExitCode.REFERENCE
+            said, fine = str(error), False
+            out.print(said, markup=False, soft_wrap=True)
+        else:
+            out.print(f"{name}: {said}", markup=False, soft_wrap=True)
+        told.append({"scene": scene.id, "variant": scene.variant, "fine": fine, "says": said})
+        code = code if fine else ExitCode.REFERENCE
+    if as_json:
+        print(json.dumps({"references": told}, ensure_ascii=False))
     return code
 
 

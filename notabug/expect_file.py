@@ -96,29 +96,36 @@ def with_entry(text: str, entry: Entry) -> str:
 
     there = parse(text)
     document = tomlkit.parse(text)
-    values = _values(entry)
+    wanted = values(entry)
     for index, each in enumerate(there):
         if each.key == entry.key:
             tables_there: Any = document["accepted"]
             table = tables_there[index]
-            for key in set(table) - set(values):
+            for key in set(table) - set(wanted):
                 del table[key]
-            for key, value in values.items():
+            for key, value in wanted.items():
                 table[key] = value
             return _checked(tomlkit.dumps(document), {*there[:index], *there[index + 1 :], entry})
-    block = tomlkit.document()
-    tables = tomlkit.aot()
-    made = tomlkit.table()
-    for key, value in values.items():
-        made.add(key, value)
-    tables.append(made)
-    block.add("accepted", tables)
     place = _place(text, sum(each.key < entry.key for each in there))
     before, after = text[:place], text[place:]
     if not before.strip():
         before = before or HEAD
     before = before.rstrip("\n") + "\n\n" if before.strip() else before
-    return _checked(before + tomlkit.dumps(block).strip("\n") + "\n" + (f"\n{after}" if after else ""), {*there, entry})
+    return _checked(before + entry_text(entry) + (f"\n{after}" if after else ""), {*there, entry})
+
+
+def entry_text(entry: Entry) -> str:
+    """``entry`` as it stands in the file, its header included."""
+    import tomlkit
+
+    block = tomlkit.document()
+    tables = tomlkit.aot()
+    made = tomlkit.table()
+    for key, value in values(entry).items():
+        made.add(key, value)
+    tables.append(made)
+    block.add("accepted", tables)
+    return tomlkit.dumps(block).strip("\n") + "\n"
 
 
 def _place(text: str, index: int) -> int:
@@ -135,15 +142,16 @@ def _place(text: str, index: int) -> int:
     return place
 
 
-def _values(entry: Entry) -> dict[str, Any]:
-    values: dict[str, Any] = {key: getattr(entry, key) for key in _TEXTS if getattr(entry, key)}
+def values(entry: Entry) -> dict[str, Any]:
+    """What the file says of ``entry``."""
+    told: dict[str, Any] = {key: getattr(entry, key) for key in _TEXTS if getattr(entry, key)}
     for key in ("area_px", "jnd"):
         band = getattr(entry, key)
         if band is not None:
-            values[key] = list(band)
+            told[key] = list(band)
     if entry.expires is not None:
-        values["expires"] = entry.expires
-    return values
+        told["expires"] = entry.expires
+    return told
 
 
 def _checked(text: str, wanted: set[Entry]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,12 +15,20 @@ from notabug.scenes_usd.reader import read_scene
 from notabug.selection import choose, parse_variants
 
 
-def command(scenes: Sequence[str], variants: Sequence[str], every_variant: bool, kind: str, out: Path) -> ExitCode:
+def command(
+    scenes: Sequence[str], variants: Sequence[str], every_variant: bool, kind: str, out: Path, as_json: bool = False
+) -> ExitCode:
     """Write the selection as ``kind`` below ``out`` and print what a renderer is to open, a line each."""
     claim(out, "export")
+    written = []
     for choice in choose(scenes, parse_variants(variants), every_variant=every_variant):
         scene = read_scene(choice.source, choice.variants)
         folder = scene_folder(out, choice.folder or choice.id, scene.variant)
         folder.mkdir(parents=True, exist_ok=True)
-        console().print(str(export(scene, kind, folder)), markup=False, soft_wrap=True)
+        path = export(scene, kind, folder)
+        written.append({"scene": scene.id, "variant": scene.variant, "file": str(path)})
+        if not as_json:
+            console().print(str(path), markup=False, soft_wrap=True)
+    if as_json:
+        print(json.dumps({"exported": written}, ensure_ascii=False))
     return ExitCode.OK

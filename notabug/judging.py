@@ -51,6 +51,7 @@ def command(
     as_json: bool,
     declare_words: Sequence[str] = (),
     layer: str = "",
+    quiet: bool = False,
 ) -> ExitCode:
     """Judge ``images`` as seeds of one renderer and print the verdict."""
     begun = time.perf_counter()
@@ -99,7 +100,7 @@ def command(
     if as_json:
         print(escaped(json.dumps(document, ensure_ascii=False, allow_nan=False)))
     else:
-        _show(console(), result)
+        _show(console(), result, quiet=quiet)
     return code_of([result])
 
 
@@ -168,12 +169,14 @@ def what_was_read(channels: Sequence[str], notes: Sequence[str]) -> str:
     return f"judged: {'; '.join([', '.join(channels), *notes])}"
 
 
-def _show(out: Console, result: Result) -> None:
+def _show(out: Console, result: Result, *, quiet: bool) -> None:
     verdict = result.verdict
     where = " ".join(part for part in (result.scene, result.variant) if part)
     out.print(verdict_text(result).append(f"  {where}", style="default not bold"))
     if verdict.message:
         out.print(verdict.message, markup=False)
+    if quiet:
+        return
     for each in verdict.findings:
         x0, y0, x1, y1 = each.region
         line = f"  {each.kind}: {readable(each.name)}, {number(round(each.area_px, 1))} px in "

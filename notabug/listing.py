@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 from rich.table import Table
@@ -63,7 +64,8 @@ def list_models() -> list[dict[str, Any]]:
                 model.name,
                 {"model": model.name, "kind": model.kind, "rule": model.rule, "claim": model.claim, "scenes": []},
             )
-            row["scenes"].append(each.id)
+            if each.id not in row["scenes"]:  # several models of one name differ in a parameter
+                row["scenes"].append(each.id)
     order = ("limitation", "convention", "fault")
     return sorted(rows.values(), key=lambda row: (order.index(row["kind"]), row["model"]))
 
@@ -93,7 +95,33 @@ LISTS = {
 }
 
 
-_WIDE = ("claim", "caveat", "version", "values", "meaning")
+_WIDE = ("claim", "caveat", "version", "values", "meaning", "scenes", "rule")
+
+
+def ranges(places: Sequence[int]) -> str:
+    """Ascending numbers in few words.
+
+    >>> ranges([1, 2, 3, 5, 7, 8])
+    '1-3, 5, 7-8'
+    """
+    runs: list[list[int]] = []
+    for place in places:
+        if runs and place == runs[-1][-1] + 1:
+            runs[-1].append(place)
+        else:
+            runs.append([place])
+    return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs)
+
+
+def _numbered(rows: Sequence[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[str]]:
+    """Models with their scenes as numbers, and the names of these, each once."""
+    names = [entry.id for entry in scenes()]
+    place = {name: at for at, name in enumerate(names, 1)}
+    shown = []
+    for row in rows:
+        own = sorted(place[name] for name in row["scenes"])
+        shown.append(row | {"scenes": "all" if len(own) == len(names) else ranges(own)})
+    return shown, names
 
 
 def command(topic: str, as_json: bool) -> ExitCode:
@@ -102,6 +130,9 @@ def command(topic: str, as_json: bool) -> ExitCode:
     if as_json:
         print(escaped(json.dumps({topic: rows}, ensure_ascii=False)))
     elif rows:
+        names: list[str] = []
+        if topic == "models":
+            rows, names = _numbered(rows)
         table = Table(box=None, header_style="bold", pad_edge=False, padding=(0, 2, 0, 0))
         for name, value in rows[0].items():
             table.add_column(name, no_wrap=isinstance(value, str) and name not in _WIDE)
@@ -109,4 +140,7 @@ def command(topic: str, as_json: bool) -> ExitCode:
             cells = (", ".join(value) if isinstance(value, list) else str(value) for value in row.values())
             table.add_row(*map(Text, cells))
         console().print(table)
+        if names:
+            numbered = (f"{at} {name}" for at, name in enumerate(names, 1))
+            console().print(f"\nscenes: {', '.join(numbered)}", markup=False)
     return ExitCode.OK if rows else ExitCode.NOTHING

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,10 +29,13 @@ class MergeError(NotabugError):
     """Runs that are not parts of one."""
 
 
-def command(folders: Sequence[Path], out: Path, partial: bool = False) -> ExitCode:
+def command(folders: Sequence[Path], out: Path, partial: bool = False, as_json: bool = False) -> ExitCode:
     """Make ``out`` of the runs in ``folders`` and say what they hold."""
     results = merge(folders, out, partial=partial)
     page = draw(out)
+    if as_json:
+        print(json.dumps(load(out), ensure_ascii=False, allow_nan=False))
+        return code_of(results)
     console().print(tally(each.verdict.word for each in results), style="bold")
     console().print(f"{out / 'run.json'}\n{page}", markup=False, soft_wrap=True)
     return code_of(results)
@@ -54,7 +58,7 @@ def merge(folders: Sequence[Path], out: Path, *, partial: bool = False) -> list[
     there: dict[str, Path] = {}
     gaps = [*_unfinished(folders, documents), *_missing_shards(documents)]
     for folder, result in [*results.values(), *cards.values()]:
-        for name in sorted({result.image, *result.images.values()} - {""}):
+        for name in sorted({result.image, result.log, *result.images.values()} - {""}):
             source = _source(folder, out, name)
             if source.is_file():
                 there[name] = source

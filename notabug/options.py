@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from notabug import completing
 
 
 class Filter(StrEnum):
@@ -114,7 +117,10 @@ Variant = Annotated[
     list[str] | None,
     typer.Option("--variant", metavar="SET=NAME", help="A variant; again for more, SET=all for each of the set."),
 ]
-SceneOption = Annotated[str, typer.Option("--scene", metavar="ID|USD", help="The scene: an id or a USD file.")]
+SceneOption = Annotated[
+    str,
+    typer.Option("--scene", metavar="ID|USD", autocompletion=completing.scenes, help="The scene: an id or a USD file."),
+]
 Declare = Annotated[
     list[str] | None,
     typer.Option(
@@ -137,7 +143,26 @@ PurposeOption = Annotated[
     ),
 ]
 Renderers = Annotated[
-    list[str] | None, typer.Option("--renderer", "-r", help="A renderer; again for more. Default: all that are found.")
+    list[str] | None,
+    typer.Option(
+        "--renderer",
+        "-r",
+        autocompletion=completing.renderers,
+        help="A renderer; again for more. Default: all that are found.",
+    ),
+]
+Renderer = Annotated[str, typer.Option("--renderer", "-r", autocompletion=completing.renderers, help="The renderer.")]
+Scenes = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[SCENE]...", autocompletion=completing.scenes, help="Ids, classes, globs or USD files; default: all."
+    ),
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say only what fails, and the count of verdicts.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Say everything, also what is usually left out.")]
+Baseline = Annotated[
+    Path | None,
+    typer.Option("--baseline", metavar="RUN", help="The folder of an earlier run: the report says what has changed."),
 ]
 Samples = Annotated[int, typer.Option("--samples", min=0, help="Samples per pixel; 0: the renderer's default.")]
 Seeds = Annotated[int, typer.Option("--seeds", min=1, max=64, help="Independent pictures of a noisy renderer.")]

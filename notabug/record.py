@@ -43,6 +43,7 @@ class Result:
     fails: bool = False  # a gate goes red for it
     channels: tuple[str, ...] = ()  # of the picture's file that were judged
     notes: tuple[str, ...] = ()  # what reading them took: a window, an orientation, alpha
+    log: str = ""  # what the renderer printed, where it failed
 
     @property
     def surprising(self) -> bool:
@@ -76,6 +77,7 @@ class Result:
             "fails": self.fails,
             "channels": list(self.channels),
             "notes": list(self.notes),
+            "log": self.log,
         }
         document: dict[str, Any] = json_ready(plain)
         return document
@@ -117,6 +119,7 @@ class Result:
             fails=data.get("fails", False),
             channels=tuple(data.get("channels", ())),
             notes=tuple(data.get("notes", ())),
+            log=data.get("log", ""),
         )
 
 
@@ -152,7 +155,7 @@ RESULT = Fields(
         "size": Many(NUMBER, length=2),
         "renderer_command": Many(TEXT),
     },
-    {"state": TEXT, "because": TEXT, "fails": FLAG, "channels": Many(TEXT), "notes": Many(TEXT)},
+    {"state": TEXT, "because": TEXT, "fails": FLAG, "log": TEXT, "channels": Many(TEXT), "notes": Many(TEXT)},
 )
 _TOOL = dict.fromkeys(("name", "version", "models", "code", "python", "platform"), TEXT)
 _JOBS = {"executor": TEXT, "at_once": WHOLE, "threads": WHOLE, "shard": TEXT}

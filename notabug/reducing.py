@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from pathlib import Path
@@ -35,6 +36,7 @@ def command(
     samples: int,
     seeds: int,
     any_name: bool = False,
+    as_json: bool = False,
 ) -> ExitCode:
     """Reduce ``scene`` for ``renderer`` into ``out``; exit 1, for there is a bug, or 5 where there is none."""
     quiet = console(stderr=True)
@@ -65,7 +67,11 @@ def command(
     write_exr(out / "expected.exr", shown.expected)
     write_text(out / "README.md", readme(start.id, start.variant, who, found.version, settings, name, shown, start))
     text = f"{size(shown.scene)}, after {examiner.tried} pictures: {out}"
-    console().print(Text(text), soft_wrap=True)
+    if as_json:
+        made = {"folder": str(out), "size": size(shown.scene), "pictures": examiner.tried, "pixel": list(shown.pixel)}
+        print(json.dumps({"reduced": made, "message": shown.verdict.message}, ensure_ascii=False))
+    else:
+        console().print(Text(text), soft_wrap=True)
     return ExitCode.BUG
 
 

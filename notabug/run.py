@@ -278,7 +278,18 @@ class Calibrated:
 
 
 def calibrate(plan: Plan, watcher: Watcher, name: str) -> Calibrated:
-    """Draw the first card that the renderer called ``name`` can draw."""
+    """Draw the first card that the renderer called ``name`` can draw.
+
+    A card that was kept from an earlier run and speaks against its adapter is drawn again: the adapter may have been
+    mended in a place that no key covers, such as a machine's own settings.
+    """
+    found = _calibrate(plan, watcher, name)
+    if found.refused and plan.resume and not found.rendering:
+        return _calibrate(replace(plan, resume=False), watcher, name)
+    return found
+
+
+def _calibrate(plan: Plan, watcher: Watcher, name: str) -> Calibrated:
     state = Run(plan, watcher)
     first: Result | None = None
     for card in CARDS:
@@ -392,17 +403,19 @@ def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
         stated = expected(scene).get(blank.renderer, "") if blank.expected else ""
         return replace(blank, verdict=_no_judgement("unsupported", str(error)), expected=stated)
     except NotabugError as error:
-        if not replaced(before):  # a log must not go where a link now leads
-            _keep_log(folder, getattr(error, "log", ""))
+        # a log must not go where a link now leads
+        kept = None if replaced(before) else _keep_log(folder, getattr(error, "log", ""))
         why = (NO_REFERENCE,) if exit_code(error) is ExitCode.REFERENCE else ()
-        return replace(blank, verdict=replace(_no_judgement("error", str(error)), triggers=why))
+        head, newline, quoted = str(error).partition("\n")  # what follows is quoted from the log
+        said = f"{head}{f'; log: {kept}' if kept else ''}{newline}{quoted}"
+        verdict = replace(_no_judgement("error", said), triggers=why)
+        return replace(blank, verdict=verdict, log=_relative(kept, plan.out) if kept else "")
     except Exception as error:  # a defect in one adapter or model must not cost the other results
         if is_of_files(error):
             return replace(blank, verdict=_no_judgement("error", str(FileError.of(cast(OSError, error)))))
-        if not replaced(before):
-            _keep_log(folder, traceback.format_exc())
-        what = f"internal error: {type(error).__name__}: {error}; the trace is in {folder / 'log.txt'}"
-        return replace(blank, verdict=_no_judgement("error", what))
+        kept = None if replaced(before) else _keep_log(folder, traceback.format_exc())
+        what = f"internal error: {type(error).__name__}: {error}" + (f"; the trace is in {kept}" if kept else "")
+        return replace(blank, verdict=_no_judgement("error", what), log=_relative(kept, plan.out) if kept else "")
     return result
 
 
@@ -501,12 +514,14 @@ def _relative(path: Path, base: Path) -> str:
         raise NotabugError("a picture lies outside of its folder", where=str(path), expected=f"below {base}") from None
 
 
-def _keep_log(folder: Path, log: str) -> None:
-    """Write ``log`` beside the result, which does without it where it cannot be written."""
+def _keep_log(folder: Path, log: str) -> Path | None:
+    """Where ``log`` was written beside the result; None where it is empty or cannot be written."""
     if log:
         with contextlib.suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
             write_text(folder / "log.txt", log)
+            return folder / "log.txt"
+    return None
 
 
 def _no_judgement(word: Word, message: str) -> Verdict:

@@ -20,13 +20,18 @@ from notabug.exit_codes import ExitCode
 from notabug.folders import write_json
 from notabug.gate import FailOn, Gate, code_of
 from notabug.printable import escaped
-from notabug.progress import Board, console, messages, states, table
-from notabug.report.page import Pictures, draw
+from notabug.progress import Board, Detail, console, listing, messages, states
+from notabug.record import load
+from notabug.report.drawing import Pictures
+from notabug.report.page import draw
 from notabug.run import Plan, Run, find_renderers, run
 from notabug.scenes_usd.errors import ManyFaultsError, NotabugError, SceneError, SelectionError
 from notabug.scenes_usd.reader import read_scene
-from notabug.selection import OWN_FOLDER, Choice, NothingSelectedError, choose, parse_variants, part
+from notabug.selection import OWN_FOLDER, Choice, NothingSelectedError, choose, parse_variants, part, quick
 from notabug.words import tally
+
+FIRST = 1.5  # seconds that a job takes the first time, on two cores: the 125 of the default run take 3 minutes
+LONG = 60.0  # seconds: of a run that is shorter nobody need know how long it takes
 
 
 def command(
@@ -48,9 +53,14 @@ def command(
     jobs: int = 0,
     executor: str = "",
     shard: str = "",
+    baseline: Path | None = None,
+    detail: Detail = "normal",
+    few: bool = False,
 ) -> ExitCode:
     """Run the selection and print what came of it; ``remedies``: with and without the workarounds of it."""
     quiet = console(stderr=True)
+    if baseline is not None:
+        load(baseline)  # before anything is drawn for a folder that holds no run
     gate = Gate.load(expect, fail_on)
     selected = workarounds.chosen(scenes) if remedies else []
     if remedies and (variants or every_variant):
@@ -60,7 +70,7 @@ def command(
         if remedies
         else choose(scenes, parse_variants(variants), every_variant=every_variant)
     )
-    choices = part(choices, shard)
+    choices = part(quick(choices) if few else choices, shard)
     _look_at_own(choices, quiet)
     asked = {name: adapter(name) for name in dict.fromkeys(renderers)} if renderers else adapters()
     required = {name: adapter(name) for name in require}
@@ -90,7 +100,7 @@ def command(
     )
     pictures = Pictures(out)
     try:
-        with Board(quiet, pictures.begin) as board:
+        with Board(quiet, pictures.begin, detail, _beginning(plan)) as board:
             state = run(plan, board)
     except (KeyboardInterrupt, Stopped, ClusterLostError) as error:
         with contextlib.suppress(NotabugError, OSError):  # the record is what counts, and it is there
@@ -108,13 +118,13 @@ def command(
     if remedies:
         document["workarounds"] = [each.as_dict() for each in found_rows]
         write_json(out / "run.json", document)
-    page = draw(out, pictures=pictures)
+    page = draw(out, pictures=pictures, baseline=baseline)
     if as_json:
         print(escaped(json.dumps(document, ensure_ascii=False, allow_nan=False)))
     elif remedies:
         console().print(workarounds.table(found_rows))
     else:
-        _summary(console(), state, page)
+        _summary(console(), state, page, detail)
     return workarounds.code_of(found_rows, state.results) if remedies else code_of(state.results)
 
 
@@ -138,13 +148,28 @@ def _look_at_own(choices: Sequence[Choice], quiet: Console) -> None:
         quiet.print(Text(f"notabug: {fault}", style="bold red"), soft_wrap=True)
 
 
-def _summary(out: Console, state: Run, page: Path) -> None:
-    out.print(table(state.results))
-    out.print()
-    for line in [*messages(state.results), *states(state.results, state.plan.gate.document(state.results))]:
+def _beginning(plan: Plan) -> str:
+    """What a run is about to do."""
+    names = ", ".join(plan.renderers)
+    jobs = sum(len(plan.wanted(choice)) for choice in plan.choices)
+    first = not (plan.out / "run.json").is_file()
+    known = f"; the first run takes some {jobs * FIRST / 60:.0f} minutes, later ones keep what is finished"
+    takes = known if first and jobs * FIRST >= LONG else ""
+    return f"{len(plan.choices)} scenes, {jobs} jobs with {names}; results go to {plan.out}{takes}"
+
+
+def _summary(out: Console, state: Run, page: Path, detail: Detail) -> None:
+    for drawn in listing(state.results, out, detail):
+        out.print(drawn, soft_wrap=isinstance(drawn, Text))
+    told = [result for result in state.results if result.fails] if detail == "quiet" else state.results
+    for line in messages(told, state.plan.out):
         out.print(line, soft_wrap=True)
-    out.print(Text(tally(each.verdict.word for each in state.results), style="bold"))
-    surprises = sum(each.surprising for each in state.results)
+    for line in [] if detail == "quiet" else states(state.results, state.plan.gate.document(state.results)):
+        out.print(line, soft_wrap=True)
+    out.print(Text(tally(result.verdict.word for result in state.results), style="bold"))
+    if detail == "quiet":
+        return
+    surprises = sum(result.surprising for result in state.results)
     if surprises:
         out.print(f"{surprises} other than expected")
     seconds = state.document()["seconds"]

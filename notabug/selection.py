@@ -107,6 +107,28 @@ def _refused(source: str, error: SceneError) -> Choice:
     return replace(_choice(source, Path(source).resolve(), {}), refused=str(error))
 
 
+QUICK = (
+    "acne/sphere",
+    "terminator/sphere",
+    "phong/interpolation",
+    "separation/cutoff",
+    "mirror/corner",
+    "visibility/coincident_planes",
+    "texture/uneven_quad",
+)
+"""The scene of each class that shows its artifact best and is drawn soon."""
+
+
+def quick(choices: Sequence[Choice]) -> list[Choice]:
+    """One choice a class: that of QUICK where it is among ``choices``, else the class's first; own scenes all."""
+    found: dict[str, Choice] = {}
+    for choice in choices:
+        group = choice.id.partition("/")[0] if "/" in choice.id else choice.source
+        if group not in found or (choice.id in QUICK and found[group].id not in QUICK):
+            found[group] = choice
+    return [choice for group, choice in found.items() if group != "calibration" or len(found) == 1]
+
+
 def part(choices: Sequence[Choice], shard: str) -> list[Choice]:
     """The share ``"2/8"`` of ``choices``, by a hash of each: the same on every machine, whatever else is selected."""
     if not shard:

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from notabug.adapters.declared import said
 from notabug.exit_codes import ExitCode
 from notabug.judging import declare, one_variant, what_was_read
 from notabug.metrics.why import explain_pixel
+from notabug.of_run import found as found_run
 from notabug.printable import escaped
 from notabug.progress import console
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import read_scene
+
+SHOWN = 5  # explanations, the best ones
+CLOSEST = 24  # models that are looked at closely to find them
 
 
 def command(
@@ -29,18 +34,28 @@ def command(
     as_json: bool,
     declare_words: Sequence[str] = (),
     layer: str = "",
+    every: bool = False,
 ) -> ExitCode:
-    """Explain the pixel ``X,Y`` (y down, from 0) of ``image``."""
-    scene = read_scene(source, one_variant(variants))
+    """Explain the pixel ``X,Y`` (y down, from 0) of ``image`` by the best models, or by ``every`` one.
+
+    Without ``source`` the picture is one of a run, which knows its scene; without ``pixel`` its worst one is taken.
+    """
+    known = None if source else found_run(image)
+    scene = read_scene(source, one_variant(variants)) if known is None else read_scene(known.source, known.variants)
     picture = read_picture(image, layer=layer, srgb=srgb)
-    x, y = parse_pixel(pixel, picture.pixels.shape[1], picture.pixels.shape[0])
-    declaration = declare([picture], filter_name, None, precision, srgb=srgb, noisy=None, said=said(declare_words))
-    found = explain_pixel(picture.pixels, scene, declaration, x, y)
+    height, width = picture.pixels.shape[:2]
+    place = known.worst_pixel() if known is not None and not pixel else None
+    x, y = place or parse_pixel(pixel, width, height)
+    if known is None:
+        declaration = declare([picture], filter_name, None, precision, srgb=srgb, noisy=None, said=said(declare_words))
+    else:
+        declaration = replace(known.declaration(), **said(declare_words))
+    found = explain_pixel(picture.pixels, scene, declaration, x, y, closest=None if every or as_json else CLOSEST)
     if as_json:
         read = {"channels": list(picture.judged), "notes": list(picture.notes)}
         print(escaped(json.dumps(found.as_dict() | read, ensure_ascii=False, allow_nan=False)))
     else:
-        console().print(found.as_text(), markup=False, soft_wrap=True)
+        console().print(found.as_text(None if every else SHOWN), markup=False, soft_wrap=True)
         console().print(what_was_read(picture.judged, picture.notes), style="dim", markup=False, soft_wrap=True)
     return ExitCode.OK
 

@@ -15,7 +15,7 @@ OWN_CARD = Card(OWN, "the scene looks as its file says")
 
 _STRINGS = ("class", "claim", "figure", "cites", "intent")
 _EXAMPLE = (
-    'write customData = { dictionary notabug = { string class = "texture" string claim = "..." } } on the default prim'
+    'write customData = { dictionary notabug = { string class = "texture"; string claim = "..." } } on the default prim'
 )
 
 

@@ -19,7 +19,7 @@ from notabug.record import Result, json_ready, load
 from notabug.references import store as references
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
-from notabug.report.page import inside
+from notabug.report.loading import inside
 from notabug.scenes_usd.catalogue import Entry, scenes
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture

@@ -4,201 +4,150 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
+import json
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from markupsafe import Markup
 
 from notabug.folders import write_text
 from notabug.gallery.templating import environment
 from notabug.record import Result, load
-from notabug.report.pictures import address, levels, tone_map
+from notabug.report.comparison import CHANGES
+from notabug.report.drawing import FOLDER, Pictures
+from notabug.report.legend import LEGEND
+from notabug.report.loading import results_of
+from notabug.report.rows import WORST_FIRST, Group, Key, Row, Summary, changes_against, groups, key, make_row, summarise
 from notabug.scenes_usd.errors import NotabugError
-from notabug.scenes_usd.picture import read_picture
-from notabug.words import STYLE, area, number, readable, strongest, tally
 
-LEGS = ("limitation", "bug")
+POLICY = "default-src 'none'; img-src data: 'self' file:; base-uri 'none'; form-action 'none'"
 
 
-@dataclass(frozen=True, slots=True)
-class Shown:
-    """One picture of a cell: ``address`` is empty where there is nothing to see, and ``note`` says why."""
-
-    title: str
-    address: str = ""
-    note: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """One renderer's column of a row."""
-
-    result: Result
-    picture: Shown
-    strip: tuple[Shown, ...]
-    facts: tuple[tuple[str, str], ...]
-
-
-@dataclass(slots=True)
-class Row:
-    """One scene and variant: its reference, and a cell for each renderer that has a result."""
-
-    scene: str
-    variant: str
-    claim: str
-    reference: Shown
-    cells: dict[str, Cell] = field(default_factory=dict)
-
-    @property
-    def words(self) -> str:
-        return " ".join(sorted({cell.result.verdict.word for cell in self.cells.values()}))
-
-
-class Pictures:
-    """The pictures of the run in ``out`` as the page shows them, each drawn once, by threads.
-
-    Those of a finished result may be begun while the run goes on, where a processor is idle: compressing pictures lets
-    others run. ``white`` is the radiance that is shown as white.
-    """
-
-    def __init__(self, out: Path, white: float = 1.0) -> None:
-        self._out = out
-        self._white = white
-        self._drawn: dict[str, Future[str]] = {}
-        self._references: dict[tuple[str, str], str] = {}
-        self._pool = ThreadPoolExecutor()
-
-    def __enter__(self) -> Pictures:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._pool.shutdown(cancel_futures=True)
-
-    def begin(self, result: Result) -> None:
-        """Draw what the page shows of ``result``, and of the first in a row the reference."""
-        images, legs = result.images, result.verdict.legs
-        if "reference" in images:
-            self._references.setdefault((result.scene, result.variant), images["reference"])
-        for name in (result.image, images.get("nearest", ""), self._reference(result)):
-            self._draw(name, self._picture)
-        for leg in LEGS:
-            self._draw(images.get(f"{leg}_map", "") if legs[leg].pixels else "", self._heat)
-
-    def shown(self, name: str, title: str) -> Shown:
-        """The picture called ``name`` of a result that was begun, under ``title``."""
-        if not name:
-            return Shown(title, note="no picture")
-        try:
-            return Shown(title, self._drawn[name].result())
-        except NotabugError as error:
-            return Shown(title, note=str(error))
-
-    def reference(self, result: Result) -> Shown:
-        """The reference in the row of ``result``."""
-        return self.shown(self._reference(result), "reference")
-
-    def _reference(self, result: Result) -> str:
-        return self._references.get((result.scene, result.variant), "")
-
-    def _draw(self, name: str, how: Callable[[str], str]) -> None:
-        if name and name not in self._drawn:
-            self._drawn[name] = self._pool.submit(how, name)
-
-    def _picture(self, name: str) -> str:
-        return address(tone_map(read_picture(inside(self._out, name)).pixels, self._white))
-
-    def _heat(self, name: str) -> str:
-        return address(levels(read_picture(inside(self._out, name)).pixels[:, :, 0]))
-
-
-def draw(out: Path, white: float = 1.0, pictures: Pictures | None = None) -> Path:
+def draw(
+    out: Path,
+    white: float = 1.0,
+    pictures: Pictures | None = None,
+    *,
+    baseline: Path | None = None,
+    single_file: bool = False,
+) -> Path:
     """Write ``out/report.html`` from ``out/run.json``; ``white`` is the radiance that the pictures show as white.
 
-    ``pictures`` are those that were begun during the run.
+    ``pictures`` are those that were begun during the run. They lie in ``report_files`` beside the page, unless it is to
+    be a ``single_file``. ``baseline`` is the folder of an earlier run that this one is compared with.
     """
-    with pictures or Pictures(out, white) as drawn:
-        return _page(out, white, drawn)
-
-
-def _page(out: Path, white: float, pictures: Pictures) -> Path:
-    from jinja2 import UndefinedError
-
     document = load(out)
-    results = [Result.from_dict(each) for each in document["results"]]
-    names = list(dict.fromkeys(each.renderer for each in results))
-    rows: dict[tuple[str, str], Row] = {}
-    for each in results:
-        pictures.begin(each)
-    for each in results:
-        row = Row(each.scene, each.variant, each.claim, pictures.reference(each))
-        rows.setdefault((each.scene, each.variant), row).cells[each.renderer] = _cell(each, pictures)
-    try:
-        page = (
-            environment()
-            .get_template("page.html")
-            .render(
-                css=Markup(_style()),  # noqa: S704 - our own file, not input
-                viewer=Markup(_asset("viewer.html")),  # noqa: S704
-                policy=_policy(),
-                document=document,
-                renderers=names,
-                rows=list(rows.values()),
-                counts=[(word, sum(each.verdict.word == word for each in results)) for word in STYLE],
-                summary=tally(each.verdict.word for each in results),
-                white=white,
-            )
+    results = results_of(document)
+    before = None
+    if baseline is not None:
+        before = {key(result): result for result in results_of(load(baseline))}
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="notabug-"))) if single_file else None
+        if pictures is None or single_file:
+            drawn = stack.enter_context(Pictures(out, white, folder))
+        else:
+            drawn = stack.enter_context(pictures)
+        for result in results:
+            drawn.begin(result)
+        rows = _rows(document, results, out, drawn, changes_against(results, before), files=not single_file)
+        versions = {name: str(found.get("version", "")) for name, found in document["renderers"].items()}
+        names = sorted({shown.name for row in rows for shown in (*row.main, *row.more) if shown.name})
+        page = _page(
+            document,
+            groups(rows, out),
+            summarise(rows, versions, before),
+            white,
+            out,
+            before=str(baseline) if baseline is not None else "",
+            embedded=_embedded(drawn.folder, names) if single_file else None,
         )
-    except (UndefinedError, TypeError, ValueError, AttributeError) as error:
-        raise NotabugError(
-            "the record lacks what the page shows", where=str(out / "run.json"), got=str(error)
-        ) from error
+        if not single_file:
+            _tidy(drawn.folder, set(names))
     target = out / "report.html"
     write_text(target, page)
     return target
 
 
-def _cell(result: Result, pictures: Pictures) -> Cell:
-    images, legs = result.images, result.verdict.legs
-    strip = [pictures.shown(images.get("nearest", ""), "nearest")]
-    for leg in LEGS:
-        heat = images.get(f"{leg}_map", "") if legs[leg].pixels else ""
-        strip.append(pictures.shown(heat, f"{leg} leg") if heat else Shown(f"{leg} leg", note="empty"))
-    return Cell(result, pictures.shown(result.image, "picture"), tuple(strip), _facts(result))
+def _rows(
+    document: dict[str, Any],
+    results: Sequence[Result],
+    out: Path,
+    pictures: Pictures,
+    against: Mapping[Key, str],
+    *,
+    files: bool,
+) -> list[Row]:
+    models = str(document["tool"].get("models", "") if isinstance(document.get("tool"), dict) else "")
+    return [
+        make_row(
+            result,
+            out,
+            pictures.of(result),
+            pictures.peak(result),
+            models,
+            against.get(key(result), ""),
+            files=files,
+        )
+        for result in results
+    ]
 
 
-def _facts(result: Result) -> tuple[tuple[str, str], ...]:
-    """The numbers under a picture, as (name, value)."""
-    verdict = result.verdict
-    facts: dict[str, str] = {}
-    if verdict.findings:
-        facts["area"] = f"{number(round(area(result), 1))} px"
-        facts["jnd"] = number(strongest(result), 2)
-        if significance := max(each.z for each in verdict.findings):
-            facts["z"] = number(significance)
-    for name, leg in verdict.legs.items():
-        if leg.pixels:
-            facts[f"{readable(name)} leg"] = f"{leg.pixels} px, FLIP {number(leg.flip)}, max {number(leg.flip_max)}"
-    if result.samples:
-        facts["samples"] = f"{result.samples} x {result.seeds} seeds" if result.seeds > 1 else str(result.samples)
-    if result.samples or result.seconds.get("render"):
-        facts["seconds"] = f"{result.seconds['render']:.2f} render, {result.seconds['judge']:.2f} judge"
-    facts |= {readable(name): number(value, 4) for name, value in verdict.numbers.items() if name != "seeds"}
-    if verdict.triggers:
-        facts["triggers"] = ", ".join(verdict.triggers)
-    if result.renderer_version:
-        facts["version"] = result.renderer_version
-    return tuple(facts.items())
+def _page(
+    document: dict[str, Any],
+    found: Sequence[Group],
+    summary: Summary,
+    white: float,
+    out: Path,
+    *,
+    before: str,
+    embedded: Mapping[str, str] | None,
+) -> str:
+    from jinja2 import UndefinedError
+
+    css, script = _style(), _asset("page.js")
+    data = json.dumps(embedded or {}).replace("<", "\\u003c")
+    policy = f"{POLICY}; script-src '{_hashed(script)}'; style-src '{_hashed(css)}'"
+    try:
+        return environment().get_template("page.html").render(
+            css=Markup(css),  # noqa: S704 - our own file, not input
+            script=Markup(script),  # noqa: S704
+            embedded=Markup(data) if embedded is not None else "",  # noqa: S704 - names and base64, made here
+            policy=policy,
+            document=document,
+            groups=found,
+            summary=summary,
+            changes=CHANGES,
+            baseline=before,
+            pictures=FOLDER,
+            legend=LEGEND,
+            tips={each.word: each.text for each in LEGEND},
+            verdicts=list(WORST_FIRST),
+            white=white,
+            out=out.as_posix(),
+        )  # fmt: skip
+    except (UndefinedError, TypeError, ValueError, AttributeError) as error:
+        raise NotabugError(
+            "the record lacks what the page shows", where=str(out / "run.json"), got=str(error)
+        ) from error
 
 
-def inside(out: Path, name: str) -> Path:
-    """A file of the run by its relative name; a record cannot make the report read anything else."""
-    path = (out / name).resolve()
-    if not path.is_relative_to(out.resolve()):
-        raise NotabugError("a picture outside of the run's folder is not shown", got=name)
-    return path
+def _embedded(folder: Path, names: Sequence[str]) -> dict[str, str]:
+    """The PNGs called ``names`` as data addresses."""
+    return {
+        name: "data:image/png;base64," + base64.b64encode((folder / name).read_bytes()).decode("ascii")
+        for name in names
+    }
+
+
+def _tidy(folder: Path, wanted: set[str]) -> None:
+    """Remove the PNGs of an earlier page that this one does not show."""
+    for path in folder.glob("*.png"):
+        if path.name not in wanted:
+            path.unlink(missing_ok=True)
 
 
 def _asset(name: str) -> str:
@@ -208,15 +157,6 @@ def _asset(name: str) -> str:
 def _style() -> str:
     """What the gallery's pages and the report share, and the report's own."""
     return files("notabug.gallery").joinpath("static", "base.css").read_text(encoding="utf-8") + _asset("page.css")
-
-
-def _policy() -> str:
-    """The page's content security policy: its own script and style, embedded pictures, no network."""
-    script = _asset("viewer.html").partition("<script>")[2].partition("</script>")[0]
-    return (
-        f"default-src 'none'; img-src data:; script-src '{_hashed(script)}'; "
-        f"style-src '{_hashed(_style())}'; base-uri 'none'; form-action 'none'"
-    )
 
 
 def _hashed(text: str) -> str:

@@ -21,7 +21,7 @@ from notabug.adapters import settings as typed
 from notabug.adapters.base import Adapter, Quality, RendererError, RendererMissingError, UnsupportedError
 from notabug.adapters.command import Command
 from notabug.adapters.config import ConfigError, Table, find_config, renderer_tables
-from notabug.adapters.configured import _COMMAND_KEYS, _LIMIT_KEYS, configured
+from notabug.adapters.configured import COMMAND_KEYS, LIMIT_KEYS, configured
 from notabug.adapters.declared import KEYS
 from notabug.adapters.files import Files
 from notabug.adapters.zbuffer import ZBuffer
@@ -288,7 +288,7 @@ def test_entry_points_bring_adapters_and_a_broken_one_harms_nobody(
 
 def test_the_manual_names_every_key_and_placeholder() -> None:
     manual = (Path(__file__).resolve().parents[2] / "docs" / "your-renderer.md").read_text(encoding="utf-8")
-    keys = {*_COMMAND_KEYS, *_LIMIT_KEYS, *KEYS, "files", "adapter"}
+    keys = {*COMMAND_KEYS, *LIMIT_KEYS, *KEYS, "files", "adapter"}
     missing = {key for key in keys if f"`{key}`" not in manual and f"\n{key} = " not in manual}
     assert missing == set()
     assert [hole for hole in typed.PLACEHOLDERS if f"{{{hole}}}" not in manual] == []

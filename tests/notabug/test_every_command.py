@@ -44,19 +44,22 @@ ROWS: tuple[tuple[tuple[str, ...], tuple[int, ...]], ...] = (
     (("judge", "frame.exr", "--scene", "tiny.usda", "--filter", "point", "--json"), (0,)),
     (("why", "frame.exr", "--scene", "tiny.usda", "--pixel", "12,12"), (0,)),
     (("check", "tiny.usda", "--json"), (0,)),
-    (("adapt", "tiny.usda", "--out", "own.usda"), (0,)),
-    (("references", "verify", "terminator/sphere"), (0,)),
-    (("calibrate", "-r", "inhouse"), (0,)),
+    (("adapt", "tiny.usda", "--out", "own.usda", "--json"), (0,)),
+    (("why", "run/own/{picture}", "--json"), (0,)),
+    (("references", "verify", "terminator/sphere", "--json"), (0,)),
+    (("calibrate", "-r", "inhouse", "--json"), (0,)),
+    (("export", "terminator/sphere", "--to", "json", "--out", "exported", "--json"), (0,)),
+    (("report", "run", "--to", "html", "--single-file", "--baseline", "run2", "--json"), (0,)),
     *((("export", "terminator/sphere", "--to", each.value, "--out", "exported"), (0,)) for each in options.Format),
     *((("list", each.value), (0,)) for each in options.Topic),
     (("doctor", "--json"), (0,)),
     (("install",), (0,)),
     (("reduce", "tiny.usda", "-r", "inhouse"), (5,)),
-    (("accept", "tiny", "-r", "inhouse", "--because", "a test", "--run", "run"), (0,)),
-    (("merge", "run", "run2", "--out", "merged"), (0,)),
-    (("diff", "run", "run"), (0,)),
+    (("accept", "tiny", "-r", "inhouse", "--because", "a test", "--run", "run", "--json"), (0,)),
+    (("merge", "run", "run2", "--out", "merged", "--json"), (0,)),
+    (("diff", "run", "run", "--json"), (0,)),
     *((("report", "run", "--to", each.value), (0,)) for each in options.Page),
-    (("gallery", "run", "--scene", "terminator/sphere", "--no-models", "--out", "site"), (0,)),
+    (("gallery", "run", "--scene", "terminator/sphere", "--no-models", "--out", "site", "--json"), (0,)),
 )
 WORDS = {  # the arguments that name a sub-command, and the test or the row that runs each
     "list": options.Topic,
@@ -120,8 +123,9 @@ def runs(folder: Path, tell: Tell) -> None:
 @pytest.mark.parametrize(
     ("words", "codes"), ROWS, ids=lambda each: "-".join(each[:4]) if isinstance(each[0], str) else ""
 )
-def test_it_runs(words: tuple[str, ...], codes: tuple[int, ...], tell: Tell, runs: None) -> None:
-    code, out, err = tell(*words)
+def test_it_runs(words: tuple[str, ...], codes: tuple[int, ...], tell: Tell, runs: None, folder: Path) -> None:
+    picture = next((folder / "run" / "own").rglob("renders/*.exr")).relative_to(folder / "run" / "own")
+    code, out, err = tell(*(word.format(picture=picture) for word in words))
     assert code in codes, err
     assert out + err or words[0] == "report"  # of a run without complaints a build server is told nothing
     assert "Traceback" not in out + err

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -90,7 +91,8 @@ def test_nothing_is_fetched_and_only_our_own_script_may_run(tmp_path: Path) -> N
     found = tags(page)
     for _, attributes in found:
         for name in ("src", "href", "action"):
-            assert (attributes.get(name) or "data:").startswith("data:")
+            address = attributes.get(name) or "data:"
+            assert address.startswith(("data:", "#")) or (tmp_path / address).is_file()
     policy = next(each["content"] for tag, each in found if tag == "meta" and "http-equiv" in each)
     assert policy is not None
     assert "default-src 'none'" in policy
@@ -108,9 +110,11 @@ def test_a_record_cannot_show_other_files(tmp_path: Path, name: str) -> None:
     out = tmp_path / "out"
     write(out, Result("a/b", "", "r", "1", Verdict("pass"), image=name))
     (out / "link.exr").symlink_to(secret)
-    text = draw(out).read_text()
-    assert "is not shown" in text
-    assert "data:image" not in text
+    for alone in (False, True):
+        text = draw(out, single_file=alone).read_text()
+        assert "is not shown" in text
+        assert "data:image/png" not in text
+        assert not list(out.rglob("*.png"))
 
 
 def test_every_verdict_is_said_in_words_and_every_picture_has_a_text(tmp_path: Path) -> None:
@@ -118,12 +122,33 @@ def test_every_verdict_is_said_in_words_and_every_picture_has_a_text(tmp_path: P
     write_exr(tmp_path / "a.exr", np.zeros((4, 4, 3)))
     write(tmp_path, *(Result("a/b", word, "r", "1", Verdict(word), image="a.exr") for word in words))
     page = draw(tmp_path)
-    text = re.sub(r"<[^>]*>", " ", page.read_text().partition("<main>")[2])
+    text = re.sub(r"<[^>]*>", " ", page.read_text().partition("<main")[2])
     for word in words:
         assert re.search(rf"\b{word}\b", text)
     shown = [each for tag, each in tags(page) if tag == "img" and "src" in each]
     assert len(shown) == len(words)
     assert all(each.get("alt") for each in shown)
+
+
+def test_a_page_keeps_only_the_pictures_that_it_shows(tmp_path: Path) -> None:
+    """Equal pictures are one file; those of an earlier page go, other files stay."""
+    write_exr(tmp_path / "a.exr", np.zeros((4, 4, 3)))
+    write_exr(tmp_path / "b.exr", np.ones((4, 4, 3)))
+    result = Result("a/b", "", "r", "1", Verdict("pass"), image="a.exr", size=(4, 4))
+    write(tmp_path, result, replace(result, scene="a/c"), replace(result, scene="a/d", image="b.exr"))
+    draw(tmp_path)
+    pictures = tmp_path / "report_files"
+    assert len(list(pictures.iterdir())) == 2
+    (pictures / "mine.txt").write_text("mine")
+    write(tmp_path, result)
+    draw(tmp_path)
+    assert sorted(each.suffix for each in pictures.iterdir()) == [".png", ".txt"]
+
+
+def test_a_baseline_that_is_no_run_is_refused(door: Any, tmp_path: Path) -> None:
+    assert door.run("terminator/sphere", "--baseline", str(tmp_path / "none")) == 2
+    assert "cannot read the run" in door.stderr
+    assert door.grey.drawn == []
 
 
 def test_a_lost_picture_costs_only_itself(tmp_path: Path) -> None:

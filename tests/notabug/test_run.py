@@ -241,3 +241,18 @@ def test_a_renderer_that_fails_on_the_card_is_not_judged(door: Any) -> None:
     assert door.run("terminator/sphere") == 3
     assert record(door)["results"][0]["message"] == "calibration: the card could not be drawn (it crashed)"
     assert door.grey.drawn == ["calibration/card"]
+
+
+def test_a_mended_calibration_is_taken_up(door: Any) -> None:
+    """Although nothing that enters a key has changed: a card that speaks against an adapter is drawn again."""
+    turned = Finding("bug", "upside_down", 9.0, (0, 0, 9, 9), message="it is upside down")
+    door.judge.verdicts["calibration/card"] = Verdict("bug", (turned,), message="it is upside down")
+    assert door.run("terminator/sphere") == 3
+    assert "upside down" in door.stdout
+    door.judge.verdicts.clear()
+    door.grey.drawn.clear()
+    assert door.run("terminator/sphere") == 0
+    assert [each.split()[0] for each in door.grey.drawn] == ["calibration/card", "terminator/sphere"]
+    door.grey.drawn.clear()
+    assert door.run("terminator/sphere") == 0
+    assert door.grey.drawn == []  # a card that passes is kept

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from notabug.scenes_usd.card import CLASSES
 from notabug.scenes_usd.catalogue import entry, scenes
 from notabug.scenes_usd.errors import SelectionError
-from notabug.selection import NothingSelectedError, choose, parse_variants
+from notabug.selection import QUICK, NothingSelectedError, choose, parse_variants, quick
 
 SPHERE = "terminator/sphere"
 
@@ -78,3 +79,15 @@ def test_what_is_no_variant(word: str) -> None:
 def test_a_glob_without_a_match_is_nothing() -> None:
     with pytest.raises(NothingSelectedError):
         choose(["nothing*"], {})
+
+
+def test_quick_takes_one_scene_of_each_class() -> None:
+    chosen = quick(choose([], {}))
+    assert [each.id for each in chosen] == list(QUICK)
+    classes = [each.id.partition("/")[0] for each in chosen]
+    assert sorted(classes) == sorted(set(CLASSES) - {"calibration"})
+    assert [each.id for each in quick(choose(["texture/simplified", "acne/*"], {}))] == [
+        "texture/simplified",
+        "acne/sphere",
+    ]
+    assert [each.id for each in quick(choose(["calibration/card"], {}))] == ["calibration/card"]

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from pxr import Sdf
 
+from notabug.scenes_usd.card import read_card
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.reader import read_scene, survey_scene
 
@@ -409,3 +411,14 @@ def test_what_is_assumed_is_told(changes: tuple[tuple[str, str], ...], where: st
     remarks = survey_scene(write(*changes)).remarks
     assert where in [each.where for each in remarks if each.kind == "approximated"]
     assert not [each for each in remarks if each.kind == "out of the contract"]
+
+
+def test_the_card_of_the_hint_can_be_pasted(tmp_path: Path) -> None:
+    """What the error says to write is valid USD, in the place that it names, and is a card."""
+    with pytest.raises(SceneError) as refused:
+        read_card({"notabug": {"class": "texture"}}, "/Scene")
+    pasted = str(refused.value).partition("write ")[2].partition(" on the default prim")[0]
+    path = tmp_path / "pasted.usda"
+    path.write_text(f'#usda 1.0\n(defaultPrim = "Scene")\ndef Xform "Scene" (\n    {pasted}\n)\n{{\n}}\n')
+    layer = Sdf.Layer.FindOrOpen(str(path))
+    assert read_card(dict(layer.GetPrimAtPath("/Scene").customData), "/Scene").claim == "..."

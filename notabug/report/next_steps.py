@@ -1,0 +1,50 @@
+"""What a reader of a report does next with a result: command lines and an entry to accept it, ready to be copied."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+from notabug.accepting import entry_for
+from notabug.expect_file import VERDICTS, entry_text
+from notabug.record import Result
+
+DEFAULT_OUT = Path("notabug-out")
+REASON = "say why"
+
+
+def why_command(result: Result, out: Path, peak: tuple[int, int] | None) -> str:
+    """Asks what each model predicts at ``peak``, else in the middle of the largest finding; "" without a picture."""
+    if not result.image:
+        return ""
+    words = ["notabug", "why", (out / result.image).as_posix()]
+    place = peak or _middle(result)
+    return shlex.join([*words, "--pixel", f"{place[0]},{place[1]}"] if place else words)
+
+
+def accept_command(result: Result, out: Path) -> str:
+    """Writes ``result`` to the expectation file; "" where there is nothing to accept."""
+    if result.verdict.word not in VERDICTS:
+        return ""
+    words = ["notabug", "accept", result.scene, "-r", result.renderer]
+    for variant in filter(None, result.variant.split(",")):
+        words += ["--variant", variant]
+    if out != DEFAULT_OUT:
+        words += ["--run", out.as_posix()]
+    return shlex.join([*words, "--because", REASON])
+
+
+def accept_entry(result: Result, models: str) -> str:
+    """The entry of ``notabug.expect.toml`` that ``accept_command`` writes, to be pasted where there is no run."""
+    if result.verdict.word not in VERDICTS:
+        return ""
+    return entry_text(entry_for(result, REASON, models, "", None, 0.1))
+
+
+def _middle(result: Result) -> tuple[int, int] | None:
+    decisive = [each for each in result.verdict.findings if each.kind == result.verdict.word]
+    if not decisive:
+        return None
+    largest = max(decisive, key=lambda finding: finding.area_px)
+    x0, y0, x1, y1 = largest.regions[0] if largest.regions else largest.region
+    return ((x0 + x1) // 2, (y0 + y1) // 2)

@@ -1,0 +1,54 @@
+"""One renderer's mistake is one line: messages that differ by names, paths and numbers only are alike."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from notabug.alike import alike, kind, missing_features
+from notabug.metrics.verdict import Verdict
+from notabug.record import Result
+
+
+def result(message: str, word: Any = "error", renderer: str = "mine", scene: str = "a/b") -> Result:
+    return Result(scene, "", renderer, "1", Verdict(word, message=message))
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("cannot open texture out/a.png", "cannot open texture out/b/c.png"),
+        ("mine failed; got exit code 3", "mine failed; got exit code -11"),
+        ("/Scene/Ball.points: too far; got 1e+29", "/Scene/Cube.points: too far; got 3.5"),
+        ("no such prim 'Ball'", "no such prim 'Cube of mine'"),
+        ("failed\n  | line 3", "failed\n  | line 30"),
+    ],
+)
+def test_alike(one: str, other: str) -> None:
+    assert kind(one) == kind(other)
+    assert len(alike([result(one), result(other)])) == 1
+
+
+def test_not_alike() -> None:
+    found = [
+        result("cannot open texture a/b"),
+        result("cannot open mesh a/b"),
+        result("cannot open texture a/b", renderer="other"),
+        result("cannot open texture a/b", word="inconclusive"),
+    ]
+    assert [each.results for each in alike(found)] == [(each,) for each in found]
+
+
+def test_the_scene_of_a_message_does_not_matter() -> None:
+    found = [result(f"{name} is dark", scene=name) for name in ("own scene", "acne/slab")]
+    assert len(alike(found)) == 1
+
+
+def test_what_a_renderer_lacks_is_counted() -> None:
+    """The message is the one that adapters.requirements writes."""
+    told = "adapter 'mine': scene 'a/b' needs {}; choose another renderer for this scene"
+    found = [result(told.format(each), "unsupported") for each in ("mirror, sphere", "sphere", "shadows")]
+    assert missing_features(found[0]) == ("mirror", "sphere")
+    (same,) = alike(found)
+    assert same.told == "it lacks sphere (2), mirror (1), shadows (1)"
