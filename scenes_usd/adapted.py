@@ -7,6 +7,7 @@ contract cannot say with what comes nearest: a point in the place of a lamp, a L
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, Vt
 
 from notabug.scenes_usd.card import OWN_CARD
 from notabug.scenes_usd.errors import SceneError, SelectionError
@@ -58,8 +59,20 @@ def adapt(
     """Write the layer ``out`` over the scene at ``path``, for the picture that ``variants`` and ``view`` mean.
 
     ``out`` is in the scene's folder or in one above it. What is not said is chosen: the first camera, or one that sees
-    everything; the first frame of an animation.
+    everything; the first frame of an animation. Raises SceneError where the scene cannot be opened, or OpenUSD refuses
+    to have something said of it.
     """
+    try:
+        return _adapt(path, out, variants, view, size)
+    except Tf.ErrorException as error:
+        got = " ".join(str(error).split())
+        raise SceneError("OpenUSD refuses it", where=str(path), got=got, do="try usdchecker") from error
+    except (TypeError, ValueError) as error:
+        what = "a value is not of its schema's type"
+        raise SceneError(what, where=str(path), got=str(error), do="try usdchecker") from error
+
+
+def _adapt(path: Path, out: Path, variants: Mapping[str, str], view: View, size: tuple[int, int] | None) -> Adapted:
     layer = _Layer(path, variants)
     layer.say_variants(variants)
     layer.say_purposes(view)
@@ -88,7 +101,9 @@ class _Layer:
         self._layer.subLayerPaths.append(str(path))
         below = Sdf.Layer.FindOrOpen(str(path))
         for key in _STAGE_METADATA:
-            if below.pseudoRoot.HasInfo(key):
+            if not below.pseudoRoot.HasInfo(key):
+                continue
+            with contextlib.suppress(TypeError):  # a value of another type is one that nobody reads
                 self._layer.pseudoRoot.SetInfo(key, below.pseudoRoot.GetInfo(key))
         self._stage = Usd.Stage.Open(self._layer)
         root = self._stage.GetDefaultPrim()

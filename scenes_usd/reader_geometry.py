@@ -143,7 +143,10 @@ def _subdivided(
             values[name] = found
     made = on_limit(prim, scheme, net, points, values, pixel, _holes(prim, len(counts)).astype(np.int64))
     counts, corners = made.counts.astype(np.int32), made.corners.astype(np.int32)
-    return Shape(prim, made.points, counts, corners, "normals", made.normals, made.values, made.parent, left_handed)
+    normals = made.normals
+    if normals is not None and left_handed:
+        normals = -normals  # they are those of faces that turn the other way
+    return Shape(prim, made.points, counts, corners, "normals", normals, made.values, made.parent, left_handed)
 
 
 def place(shape: Shape, part: Part, matrix: Floats) -> Mesh | None:

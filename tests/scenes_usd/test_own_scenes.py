@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import json
 import sys
@@ -374,6 +375,25 @@ def test_what_is_inside_an_instance_is_overruled(nested: bool, tmp_path: Path) -
     assert made.survey.scene is not None
     assert len(made.survey.scene.objects) == 2
     assert any("not instanceable" in line for line in made.says)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('defaultPrim = "World"', 'defaultPrim = "World"\nupAxis = 5'),
+        ("rel camera = </World/Camera>", "custom int camera = 5"),
+        ("uniform int2 resolution = (32, 32)", 'uniform string resolution = "wide"'),
+    ],
+)
+def test_a_value_of_another_type_is_told_by_name(old: str, new: str, files: dict[str, Path], tmp_path: Path) -> None:
+    """Neither command ends in a trace, whatever the layer holds."""
+    text = files["metal"].read_text("utf-8")
+    assert old in text
+    path = tmp_path / "typed.usda"
+    path.write_text(text.replace(old, new), "utf-8")
+    survey_stage(path, "typed", {})
+    with contextlib.suppress(SceneError):
+        adapt(path, tmp_path / "own.usda", {}, View())
 
 
 def test_what_the_layer_may_be_is_checked(ten: Path, tmp_path: Path) -> None:

@@ -229,6 +229,23 @@ def test_normals_are_the_surface_s_own_and_leave_it(write: Write) -> None:
     assert np.sign(outward).min() == np.sign(outward).max(), "all of them to one side"
 
 
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("orientation", ["rightHanded", "leftHanded"])
+def test_normals_are_on_the_side_that_the_faces_turn_to(orientation: str, mirrored: bool, write: Write) -> None:
+    """Whichever way the faces turn, and whatever mirrors them, facet and normal agree."""
+    turned = ("# square", f'uniform token orientation = "{orientation}"')
+    scale = 'float3 xformOp:scale = (-1, 1, 1)\nuniform token[] xformOpOrder = ["xformOp:scale"]'
+    changes = (*SPHERE_LIKE, (PLAIN, ""), turned, *((("# group", scale),) if mirrored else ()))
+    (mesh,) = read_scene(write(*changes)).objects
+    assert isinstance(mesh, Mesh)
+    assert mesh.normals is not None
+    quads = mesh.points[mesh.corners].reshape(-1, 4, 3)
+    flat = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
+    assert (np.repeat(flat, 4, axis=0) * mesh.normals).sum(axis=1).min() > 0.0
+    outward = (flat * quads.mean(axis=1)).sum(axis=1)
+    assert (np.sign(outward) == np.sign(outward[0])).all()
+
+
 def test_seams_keep_their_texture_coordinates(write: Write) -> None:
     """Coordinates that say where a point is are the surface's places, smooth or linear, up to the boundary's rule."""
     flat = (
