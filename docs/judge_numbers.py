@@ -62,6 +62,7 @@ def constants(name: str) -> Iterator[tuple[str, Any]]:
     module = importlib.import_module(f"notabug.metrics.{name}")
     for node in ast.parse((FOLDER / f"{name}.py").read_text("utf-8")).body:
         targets = node.targets if isinstance(node, ast.Assign) else []
+        targets = [node.target] if isinstance(node, ast.AnnAssign) else targets
         for target in targets:
             for part in ast.walk(target):
                 if isinstance(part, ast.Name) and part.id.isupper() and numeric(getattr(module, part.id)):
