@@ -251,7 +251,7 @@ def _nearest(
     Those are tried that by themselves leave least: as told by ``left``, else by their quick pictures.
     """
     while len(best.models) < LARGEST_GROWN:
-        ranked = []
+        ranked: list[tuple[float, int, Model]] = []
         for model in models:
             if model not in best.models and not excluded_by(model, best.models):
                 may, rest = nearer(measured, (*best.models, model), best, predict, preview)

@@ -133,7 +133,7 @@ def _regression(columns: Floats, values: Floats) -> Floats:
     """The factors (k,) by which the ``columns`` (n, k) add up to ``values`` (n,), by Huber's regression."""
     acts = columns.any(axis=1)
     columns, values = columns[acts], values[acts]
-    found = np.zeros(columns.shape[1])
+    found: Floats = np.zeros(columns.shape[1])
     if len(values) < len(found):
         return found
     trust = np.ones_like(values)

@@ -86,8 +86,8 @@ def reach(
     """
     reference = predict(())
     at = np.flatnonzero(bare.pixels if fully else bare.pixels & ~widened(reference.edge, 1))
-    counted, least = at.size, LEAST_SHARE * np.count_nonzero(bare.pixels)
-    least = max(FEWEST if fully else LEAST_PIXELS, least)
+    counted = at.size
+    least = float(max(FEWEST if fully else LEAST_PIXELS, LEAST_SHARE * np.count_nonzero(bare.pixels)))
     if counted < least:
         return None
     at = at[:: max(1, counted // TOLD_BY)]
@@ -122,8 +122,9 @@ def _factors(models: Sequence[Model], start: Floats, at: Places, preview: Previe
 
     Lobes are normalised by factors up to half their exponent, and interpolated colours spread what is multiplied.
     """
-    growth = {(model,): float(np.max(preview((model,), at) - 2.0 * start)) for model in choices(models)}
-    return sorted((base for base, most in growth.items() if most > 0), key=lambda base: -growth[base])[:MOST_FACTORS]
+    growth = [(float(np.max(preview((model,), at) - 2.0 * start)), model) for model in choices(models)]
+    growth.sort(key=lambda grown: -grown[0])
+    return [(model,) for most, model in growth[:MOST_FACTORS] if most > 0]
 
 
 def _reach(model: Model, bases: Sequence[tuple[Model, ...]], at: Places, towards: Floats, preview: Preview) -> Floats:
@@ -131,4 +132,4 @@ def _reach(model: Model, bases: Sequence[tuple[Model, ...]], at: Places, towards
     moved = [(preview((*base, value), at) - preview(base, at)) * towards for base in bases for value in model.values()]
     if model.rule == "any":
         return np.where(np.any(moved, axis=0), np.inf, 0.0)
-    return np.maximum(np.maximum.reduce(moved), 0.0)
+    return np.asarray(np.maximum(np.maximum.reduce(moved), 0.0))

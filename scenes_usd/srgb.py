@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.floating]
+Floats = npt.NDArray[Any]
+"""Floating-point values of any precision; what is returned has the same."""
 
 
 def decode_srgb(encoded: Floats) -> Floats:
