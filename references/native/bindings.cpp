@@ -1,6 +1,8 @@
 // The module notabug.references._native: what Python calls. Its types are in references/_native.pyi.
 #include <pybind11/stl.h>
 
+#include <cstring>
+
 #include "arrays.h"
 #include "bvh.h"
 #include "raster.h"
@@ -92,8 +94,6 @@ py::tuple trace_as(const py::object& flat, const py::object& origins, const py::
     const Scene<T> scene = scene_of<T>(flat);
     const auto from = rows<T, Vec3<T>>(origins, "origins"), along = rows<T, Vec3<T>>(directions, "directions");
     if (from.count != along.count) throw py::value_error("origins and directions: not equally many");
-    std::vector<Ray<T>> rays(static_cast<std::size_t>(from.count));
-    for (std::size_t i = 0; i < rays.size(); ++i) rays[i] = {from.data[i], along.data[i]};
     py::array_t<std::int64_t> hits(from.count);
     py::array_t<T> distances(from.count), barycentric({static_cast<py::ssize_t>(from.count), py::ssize_t(3)});
     std::int64_t* hit = hits.mutable_data();
@@ -101,7 +101,7 @@ py::tuple trace_as(const py::object& flat, const py::object& origins, const py::
     auto* weights = reinterpret_cast<Vec3<T>*>(barycentric.mutable_data());
     {
         const py::gil_scoped_release released;
-        trace<T>(scene, rays.data(), from.count, hit, distance, weights, threads);
+        trace<T>(scene, from.data, along.data, from.count, hit, distance, weights, threads);
     }
     return py::make_tuple(hits, distances, barycentric);
 }
@@ -109,6 +109,23 @@ py::tuple trace_as(const py::object& flat, const py::object& origins, const py::
 py::tuple trace_rays(const py::object& flat, const py::object& origins, const py::object& directions, int threads) {
     return is_single(flat) ? trace_as<float>(flat, origins, directions, threads)
                            : trace_as<double>(flat, origins, directions, threads);
+}
+
+template <class T>
+py::array_t<bool> occluded_as(const py::object& flat, const py::object& origins, const py::object& directions,
+                              const py::object& distances, int threads) {
+    const Scene<T> scene = scene_of<T>(flat);
+    const auto from = rows<T, Vec3<T>>(origins, "origins"), along = rows<T, Vec3<T>>(directions, "directions");
+    const auto far = rows<T>(distances, "distances");
+    if (from.count != along.count || from.count != far.count)
+        throw py::value_error("origins, directions and distances: not equally many");
+    py::array_t<bool> made(from.count);
+    bool* blocked = made.mutable_data();
+    {
+        const py::gil_scoped_release released;
+        occluded<T>(scene, from.data, along.data, far.data, from.count, blocked, threads);
+    }
+    return made;
 }
 
 py::tuple numbers_of(const Vec3<double>& v) { return py::make_tuple(v.x, v.y, v.z); }
@@ -160,6 +177,25 @@ py::tuple build(const py::object& lo, const py::object& hi) {
                                               bounds.mutable_data(), child.mutable_data(), count.mutable_data());
     const py::slice part(0, static_cast<py::ssize_t>(used), 1);
     return py::make_tuple(bounds[part].attr("copy")(), child[part].attr("copy")(), count[part].attr("copy")(), order);
+}
+
+py::tuple widen(const py::object& bounds, const py::object& child, const py::object& count) {
+    struct Box {
+        double side[6];
+    };
+    const auto box = rows<double, Box>(bounds, "bounds");
+    const auto below = rows<std::int32_t>(child, "child"), triangles = rows<std::int32_t>(count, "count");
+    if (box.count == 0 || box.count != below.count || box.count != triangles.count)
+        throw py::value_error("bounds, child and count: not equally many, or none");
+    const WideHierarchy made = widen_hierarchy(box.data->side, below.data, triangles.data);
+    const auto copied = [](const auto& from, auto number) {
+        const auto each = static_cast<py::ssize_t>(sizeof(from[0]) / sizeof number);
+        py::array_t<decltype(number)> to({static_cast<py::ssize_t>(from.size()), each});
+        std::memcpy(to.mutable_data(), from.data(), from.size() * sizeof(from[0]));
+        return to;
+    };
+    return py::make_tuple(copied(made.nodes, std::int32_t()), copied(made.leaves, std::int32_t()),
+                          copied(std::vector<WideFrame>{made.frame}, double())[py::int_(0)]);
 }
 
 // --- the rasteriser -------------------------------------------------------------------------------------------------
@@ -289,9 +325,14 @@ PYBIND11_MODULE(_native, m) {
           py::arg("pixels"), py::arg("grid"), py::arg("samples"), py::arg("seed"), py::arg("into"),
           py::arg("threads"));
     m.def("trace", &trace_rays, py::arg("flat"), py::arg("origins"), py::arg("directions"), py::arg("threads") = 0);
+    m.def("occluded", [](const py::object& flat, const py::object& origins, const py::object& directions,
+                         const py::object& distances, int threads) {
+        return (is_single(flat) ? occluded_as<float> : occluded_as<double>)(flat, origins, directions, distances, threads);
+    }, py::arg("flat"), py::arg("origins"), py::arg("directions"), py::arg("distances"), py::arg("threads") = 0);
     m.def("probe", &probe_ray, py::arg("flat"), py::arg("options"), py::arg("width"), py::arg("height"), py::arg("x"),
           py::arg("y"));
     m.def("build", &build, py::arg("lo"), py::arg("hi"));
+    m.def("widen", &widen, py::arg("bounds"), py::arg("child"), py::arg("count"));
     m.def("fill", &fill_depth, py::arg("points"), py::arg("order"), py::arg("view"), py::arg("parallel"),
           py::arg("form"), py::arg("last"), py::arg("depth"), py::arg("winner"));
     m.def("raster", &raster_picture, py::arg("flat"), py::arg("order"), py::arg("view"), py::arg("maps"),
