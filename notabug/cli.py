@@ -212,11 +212,14 @@ def references(
     deed: Annotated[Deed, typer.Argument(help="Write the references, or check that they are there and right.")],
     scenes: Annotated[list[str] | None, typer.Argument(metavar="[SCENE]...", help="Default: all.")] = None,
     variant: Variant = None,
+    deep: Annotated[
+        bool, typer.Option("--deep", help="Verify a part of each picture with 64 x 64 samples, and tell the worst error.")
+    ] = False,
 ) -> None:
     """Build or verify the corpus of reference pictures."""
     from notabug.corpus import command
 
-    raise typer.Exit(command(deed.value, scenes or [], variant or []))
+    raise typer.Exit(command(deed.value, scenes or [], variant or [], deep))
 
 
 @app.command()

@@ -78,7 +78,7 @@ void render_film(const py::object& flat, const py::object& options, std::int64_t
         if (found.count != size) throw py::value_error(std::string(name) + ": not of the picture's size");
         return found.data;
     };
-    const Film film{colours("mean"), colours("variance"), colours("lo"), colours("hi"),
+    const Film film{colours("mean"), colours("variance"), colours("lo"), colours("hi"), colours("error"),
                     numbers("ids", std::int64_t()), numbers("mixed", std::uint8_t()), numbers("spared", double())};
     const auto chosen = rows<std::int64_t>(pixels, "pixels");
     for (std::int64_t i = 0; i < chosen.count; ++i) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <bit>
+#include <tuple>
 
 #include "walk.h"
 
@@ -15,10 +16,13 @@ struct Hit {
 };
 
 // Whether triangle `i` wins over `held` where both are met at exactly the same t: the face that comes first in the scene
-// does, and of one face the triangle that comes first in the hierarchy.
+// does, and of one face the triangle whose corners come first.
 template <class T>
 inline bool comes_first(const Scene<T>& scene, int i, int held) {
-    return held >= 0 && (scene.face[i] != scene.face[held] ? scene.face[i] < scene.face[held] : i < held);
+    if (held < 0) return false;
+    if (scene.face[i] != scene.face[held]) return scene.face[i] < scene.face[held];
+    const Corners &a = scene.corner[i], &b = scene.corner[held];
+    return std::tie(a.a, a.b, a.c) < std::tie(b.a, b.b, b.c);
 }
 
 // The nearest triangle with tmin < t < tmax whose face is not `skip`.

@@ -70,14 +70,18 @@ struct Walk {
     // One bit for each box of `node` that the ray enters between tmin and tmax, and where. What is NaN, 0 * infinity, counts
     // for nothing.
     [[gnu::always_inline]] unsigned enter(const WideNode& node, Lanes tmin, Lanes tmax, float* entered) const {
-        Lanes first = tmin, last = tmax;
-        const auto cut = [&](int k) {
-            first = larger(pack_of<float>(node.side[near[k]]) * inverse[k] - entry[k], first);
-            last = smaller(pack_of<float>(node.side[far[k]]) * inverse[k] - exit[k], last);
-        };
-        cut(0), cut(1), cut(2);
-        keep(first, entered);
-        return bits_of(first <= last);
+        unsigned met = 0;
+        for (int i = 0; i < wide; i += 4) {
+            Lanes first = tmin, last = tmax;
+            const auto cut = [&](int k) {
+                first = larger(pack_of<float>(node.side[near[k]] + i) * inverse[k] - entry[k], first);
+                last = smaller(pack_of<float>(node.side[far[k]] + i) * inverse[k] - exit[k], last);
+            };
+            cut(0), cut(1), cut(2);
+            keep(first, entered + i);
+            met |= bits_of(first <= last) << i;
+        }
+        return met;
     }
 };
 

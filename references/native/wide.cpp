@@ -80,10 +80,10 @@ WideHierarchy widen_hierarchy(const double* bounds, const std::int32_t* child, c
                 node.side[3 + k][i] = above(box[3 + k] - frame.centre[k]);
             }
             const std::int32_t first = child[found[i]], triangles = count[found[i]];
-            node.count[i] = (triangles + wide - 1) / wide;
+            node.count[i] = (triangles + together - 1) / together;
             node.child[i] = static_cast<std::int32_t>(triangles ? made.leaves.size() : made.nodes.size());
-            for (std::int32_t j = 0; j < triangles; j += wide)
-                made.leaves.push_back({first + j, std::min(triangles - j, std::int32_t(wide))});
+            for (std::int32_t j = 0; j < triangles; j += together)
+                made.leaves.push_back({first + j, std::min(triangles - j, std::int32_t(together))});
             if (triangles == 0) {
                 waiting.push_back({found[i], made.nodes.size()});
                 made.nodes.push_back(empty());

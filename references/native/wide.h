@@ -1,4 +1,4 @@
-// A hierarchy whose nodes hold four boxes, so that a ray meets four at a time (Wald, Benthin and Boulos 2008, "Getting Rid
+// A hierarchy whose nodes hold eight boxes, so that a ray meets them all at once (Wald, Benthin and Boulos 2008, "Getting Rid
 // of Packets"; Dammertz, Hanika and Keller 2008, "Shallow Bounding Volume Hierarchies"), made of the binary one.
 //
 // Boxes are in float32, rounded outwards and relative to the centre of the scene: half the memory, and four to a register
@@ -10,21 +10,22 @@
 
 namespace notabug {
 
-constexpr int wide = 4;
+constexpr int wide = 8;       // boxes of a node
+constexpr int together = 4;  // triangles of a leaf
 
 struct WideNode {
     float side[6][wide];       // lower x, y, z, upper x, y, z
     std::int32_t child[wide];  // a node, or the first of a box's leaves
     std::int32_t count[wide];  // leaves, 0 where it is a node; -1 where there is no box
 };
-static_assert(sizeof(WideNode) == 32 * 4);
+static_assert(sizeof(WideNode) == wide * 8 * 4);
 
 // What boxes are relative to, their farthest coordinate from there, and the centre's own farthest coordinate.
 struct WideFrame {
     double centre[3], reach, offset;
 };
 
-// At most `wide` triangles, one after the other, that a ray is tested against at once.
+// At most `together` triangles, one after the other, that a ray is tested against at once.
 struct LeafRange {
     std::int32_t first, count;
 };

@@ -31,15 +31,15 @@ def build(
 def widen(
     bounds: npt.NDArray[np.float64], child: npt.NDArray[np.int32], count: npt.NDArray[np.int32]
 ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
-    """The same hierarchy as nodes of four boxes: (nodes (m, 32), leaves (l, 2), frame (5,)).
+    """The same hierarchy as nodes of eight boxes: (nodes (m, 64), leaves (l, 2), frame (5,)).
 
-    Of a node's numbers the first 24 are float32, by their bits: the four lower x, y, z, then the upper ones. The next
-    four are children, a node or the first leaf; the last four how many leaves, 0 where the child is a node, -1 where
+    Of a node's numbers the first 48 are float32, by their bits: the eight lower x, y, z, then the upper ones. The next
+    eight are children, a node or the first leaf; the last eight how many leaves, 0 where the child is a node, -1 where
     there is no box. A leaf is its first triangle and how many, at most four. The frame is what boxes are relative to:
     a centre, their farthest coordinate from it, and its own. See wide.h.
     """
     if not count.any():
-        return np.zeros((0, 32), np.int32), np.zeros((0, 2), np.int32), np.zeros(5)
+        return np.zeros((0, 64), np.int32), np.zeros((0, 2), np.int32), np.zeros(5)
     return _native.widen(bounds, child, count)
 
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from notabug.references import _native
 from notabug.references.tracer.flatten import Flat, flatten
+from notabug.references.tracer.precision import asked, seams
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.float64]
@@ -128,6 +129,8 @@ class Envelope:
     edge, cast : (h, w) the id changes inside the pixel; between two samples of it only the lights do: a shadow's edge.
     spared, spared_point : (h, w) share of the footprint, and of the centre (0 or 1), whose light the facets of its own
         mesh would block.
+    bound : (h, w, 3) by how much ``mean`` may be off, as its samples tell: less than precision.asked, or no more samples
+        were taken.
     """
 
     point: Floats
@@ -140,6 +143,7 @@ class Envelope:
     spared: Floats
     spared_point: Floats
     cast: Bools
+    bound: Floats
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         return {each.name: getattr(self, each.name) for each in fields(self)}
@@ -153,6 +157,7 @@ class _Buffers:
         self.variance = np.zeros((height, width, 3))
         self.lo = np.zeros((height, width, 3))
         self.hi = np.zeros((height, width, 3))
+        self.error = np.zeros((height, width, 3))
         self.ids = np.zeros((height, width), np.int64)
         self.mixed = np.zeros((height, width), np.uint8)
         self.spared = np.zeros((height, width))
@@ -208,19 +213,21 @@ def trace_envelope(
     *,
     grid: int = GRID,
     refine: int = REFINE,
+    most: int = REFINE * REFINE,
     dtype: npt.DTypeLike = np.float64,
     threads: int = 0,
 ) -> Envelope:
     """The envelope of ``scene`` as it stands (apply ``as_intended`` first for the reference of a scene with intent).
 
     Every pixel gets its centre and ``grid`` x ``grid`` regular subsamples; where ids differ inside the pixel or towards
-    a neighbour, a lattice of ``refine`` x ``refine`` (0: no refinement).
+    a neighbour, or the estimated error is more than what precision.asked, a lattice of ``refine`` x ``refine`` (0: no
+    refinement), and while it still is, lattices of four times as many, up to ``most``.
     """
     flat = flatten(scene, dtype)
     centre = _Buffers(scene.height, scene.width)
     _pass(flat, scene, options, np.arange(scene.width * scene.height), centre, grid=1, threads=threads)
     everywhere = np.ones(centre.ids.shape, np.bool_)
-    return _footprints(flat, scene, options, centre, everywhere, grid=grid, refine=refine, threads=threads)
+    return _footprints(flat, scene, options, centre, everywhere, grid=grid, refine=refine, most=most, threads=threads)
 
 
 def trace_changes(scene: Scene, options: Options, base: Envelope, also: Bools | None = None) -> Envelope:
@@ -238,7 +245,7 @@ def trace_changes(scene: Scene, options: Options, base: Envelope, also: Bools | 
     at = _around(changed, AROUND)
     if also is not None:
         at |= also
-    made = _footprints(flat, scene, options, centre, at, grid=GRID, refine=REFINE)
+    made = _footprints(flat, scene, options, centre, at)
     known = base.arrays()
     return Envelope(
         **{
@@ -262,22 +269,32 @@ def _around(mask: Bools, reach: int) -> Bools:
 
 
 def _footprints(
-    flat: Flat, scene: Scene, options: Options, centre: _Buffers, at: Bools, *, grid: int, refine: int, threads: int = 0
+    flat: Flat,
+    scene: Scene,
+    options: Options,
+    centre: _Buffers,
+    at: Bools,
+    *,
+    grid: int = GRID,
+    refine: int = REFINE,
+    most: int = REFINE * REFINE,
+    threads: int = 0,
 ) -> Envelope:
     """The envelope of the pixels ``at`` (h, w), whose ``centre``s are traced already; elsewhere it says nothing."""
     fine = _Buffers(scene.height, scene.width)
-    _pass(flat, scene, options, np.flatnonzero(at), fine, grid=grid, threads=threads)
+    known = at if at.all() else _around(at, 1)  # their neighbours tell what lies between
+    _pass(flat, scene, options, np.flatnonzero(known), fine, grid=grid, threads=threads)
+    peak = float(centre.mean.max(initial=0.0))
     if refine > grid:
-        _pass(
-            flat,
-            scene,
-            options,
-            np.flatnonzero(at & ((fine.mixed > 0) | changes(centre.ids))),
-            fine,
-            grid=-lattice(refine * refine),
-            samples=refine * refine,
-            threads=threads,
-        )
+        edge = (fine.mixed > 0) | changes(centre.ids)
+        np.maximum(fine.error, seams(fine.lo, fine.hi, known, grid), out=fine.error)
+        samples, wanted = refine * refine, edge | _inexact(fine, edge, peak)
+        while wanted.any():
+            pixels = np.flatnonzero(at & wanted)
+            _pass(flat, scene, options, pixels, fine, grid=-lattice(samples), samples=samples, threads=threads)
+            if samples >= most:
+                break
+            samples, wanted = 4 * samples, wanted & _inexact(fine, edge, peak)
     return Envelope(
         point=centre.mean,
         mean=fine.mean,
@@ -289,7 +306,23 @@ def _footprints(
         spared=fine.spared,
         spared_point=centre.spared,
         cast=(fine.mixed & 2) > 0,
+        bound=fine.error,
     )
+
+
+def _inexact(fine: _Buffers, edge: Bools, peak: float) -> Bools:
+    """The pixels (h, w) whose estimated error is more than is asked."""
+    return np.asarray((fine.error > asked(fine.mean, fine.lo, fine.hi, edge, peak)).any(axis=2))
+
+
+def trace_samples(
+    scene: Scene, options: Options, at: npt.NDArray[np.intp], samples: int, threads: int = 0
+) -> tuple[Floats, Floats]:
+    """The mean of a lattice of ``samples`` over the pixels numbered ``at`` (n,), and its estimated error, both (n, 3)."""
+    into = _Buffers(scene.height, scene.width)
+    grid = -lattice(samples)
+    _pass(flatten(scene), scene, options, at, into, grid=grid, samples=samples, threads=threads)
+    return into.mean.reshape(-1, 3)[at], into.error.reshape(-1, 3)[at]
 
 
 def trace_picture(

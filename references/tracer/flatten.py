@@ -61,7 +61,7 @@ class Secondary(NamedTuple):
 class Flat(NamedTuple):
     """A scene for the native code. Triangles are in the order of the hierarchy's leaves."""
 
-    nodes: Array  # (nodes, 32) of the hierarchy: see bvh.widen
+    nodes: Array  # (nodes, 64) of the hierarchy: see bvh.widen
     boxes: Array  # (5,) what its boxes are relative to
     leaves: Array  # (leaves, 36) triangles side by side
     first: Array  # (leaves,) triangle of each leaf
