@@ -95,7 +95,7 @@ def admissible(
     brightest = max(min(float(value.max(initial=0.0)), peak), DARK)
     tau = tolerance * np.abs(value) + ABSOLUTE * brightest
     if not point:
-        tau += unsettled(envelope, brightest)
+        tau += unsettled(envelope, edge, brightest)
     tau += _rounded(declaration, value, hi)
     samples = None
     sampled = (lo, hi, envelope.variance if declaration.filter == "box" else (hi - lo) ** 2 / 4.0)  # at most: Popoviciu
@@ -129,10 +129,13 @@ def admissible(
     return Admissible(value, lo, hi, tau, edge, spared, point, reach_of_filter, samples, sampled, stray=stray)
 
 
-def unsettled(envelope: Envelope, peak: float) -> Floats:
-    """The bound (h, w, 3) of the prediction's own error, where it is more than is asked of it; elsewhere 0."""
-    most = asked(envelope.mean, envelope.lo, envelope.hi, envelope.edge | changes(envelope.ids), peak)
-    return np.where(envelope.bound > most, envelope.bound, 0.0)
+def unsettled(envelope: Envelope, edge: Bools, peak: float) -> Floats:
+    """The bound (h, w, 3) of the prediction's own error, where it is more than is asked of it; elsewhere 0.
+
+    At an ``edge`` (h, w) what is admitted is more than the bound already.
+    """
+    most = asked(envelope.mean, np.zeros_like(envelope.mean), edge, peak)
+    return np.where((envelope.bound > most) & ~edge[..., None], envelope.bound, 0.0)
 
 
 def beside_centre(envelope: Envelope) -> Floats:

@@ -213,7 +213,8 @@ def references(
     scenes: Annotated[list[str] | None, typer.Argument(metavar="[SCENE]...", help="Default: all.")] = None,
     variant: Variant = None,
     deep: Annotated[
-        bool, typer.Option("--deep", help="Verify a part of each picture with 64 x 64 samples, and tell the worst error.")
+        bool,
+        typer.Option("--deep", help="Verify a part of each picture with 64 x 64 samples, and tell the worst error."),
     ] = False,
 ) -> None:
     """Build or verify the corpus of reference pictures."""

@@ -39,7 +39,9 @@ SOURCE_HASH = "-".join(
         _native.COMPILER,
     ]
 )
-FEWER = REFINE * REFINE  # samples at most of a pixel under a hypothesis, of which many are tried; its bound says the rest
+FEWER = (
+    REFINE * REFINE
+)  # samples at most of a pixel under a hypothesis, of which many are tried; its bound says the rest
 CACHE_BYTES = 2 << 30  # the oldest files of a kind go when the cache has grown beyond this
 SWEEPS = ("00", "40", "80", "c0")  # beginnings of the names, one in 64, after which it is looked at
 

@@ -229,8 +229,7 @@ def compare_deep(scene: Scene) -> DeepComparison:
     if bound is None or stored.shape != (scene.height, scene.width, 3):
         return DeepComparison(None)
     scene_meant, options = configured(scene, ())
-    low = stored - bound
-    least = asked(stored, low, low, np.zeros(stored.shape[:2], np.bool_), float(stored.max()))
+    least = asked(stored, bound, np.zeros(stored.shape[:2], np.bool_), float(stored.max()))
     worst = np.argsort((bound / np.maximum(least, 1e-30)).max(axis=2), axis=None, kind="stable")[::-1]
     chosen = np.unique(np.concatenate([worst[: PIXELS // 2], np.linspace(0, worst.size - 1, PIXELS // 2).astype(int)]))
     deep, error = trace_samples(scene_meant, options, chosen, DEEP)

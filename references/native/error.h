@@ -9,7 +9,9 @@ namespace notabug {
 
 constexpr int most_remembered = 8;  // samples along a side of a grid
 constexpr int parts = 4;            // of a lattice, each a lattice of its own
-constexpr double quantile = 3.18;   // of Student's t with parts - 1 degrees of freedom: 19 of 20 errors are smaller
+// Of the root mean square error of the parts: were they independent it would be a half, and lattices do better. Measured on
+// edges of objects, shadows and textures, of 64 and 256 samples against 4,096: 99 of 100 are below .35, the largest is .93.
+constexpr double whole_of_parts = 1.0;
 
 // Of a regular grid: what bends between three samples in line. A step of height c that lies anywhere between two of n
 // samples moves their mean by at most c / 2n; it shows in the second difference, where an even slope, whose mean a grid
@@ -38,7 +40,7 @@ class Estimate {
             const double off = sum[channel] * parts / static_cast<double>(samples_) - mean;
             squares += off * off;
         }
-        return quantile * std::sqrt(squares / (parts * (parts - 1)));
+        return whole_of_parts * std::sqrt(squares / parts);
     }
 
     // The mean over all lines of what the largest second difference of each allows; samples of a line are `step` apart.

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from notabug.references import _native
 from notabug.references.tracer.flatten import Flat, flatten
-from notabug.references.tracer.precision import asked, seams
+from notabug.references.tracer.precision import CORNER, around, asked, bends, steps
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.float64]
@@ -233,7 +233,8 @@ def trace_envelope(
 def trace_changes(scene: Scene, options: Options, base: Envelope, also: Bools | None = None) -> Envelope:
     """The envelope of ``scene`` where the centre of a pixel within AROUND differs from that of ``base``; else ``base``.
 
-    What is traced is to the last bit what ``trace_envelope`` gives, the rest up to SAME. What a change of a scene does
+    What is traced is to the last bit what ``trace_envelope`` gives, the rest up to SAME; bounds just beside it may be
+    those of ``base``. What a change of a scene does
     only between the centres of pixels, farther than AROUND from any centre that it changes, is seen only at the pixels
     ``also`` (h, w).
     """
@@ -284,17 +285,8 @@ def _footprints(
     fine = _Buffers(scene.height, scene.width)
     known = at if at.all() else _around(at, 1)  # their neighbours tell what lies between
     _pass(flat, scene, options, np.flatnonzero(known), fine, grid=grid, threads=threads)
-    peak = float(centre.mean.max(initial=0.0))
     if refine > grid:
-        edge = (fine.mixed > 0) | changes(centre.ids)
-        np.maximum(fine.error, seams(fine.lo, fine.hi, known, grid), out=fine.error)
-        samples, wanted = refine * refine, edge | _inexact(fine, edge, peak)
-        while wanted.any():
-            pixels = np.flatnonzero(at & wanted)
-            _pass(flat, scene, options, pixels, fine, grid=-lattice(samples), samples=samples, threads=threads)
-            if samples >= most:
-                break
-            samples, wanted = 4 * samples, wanted & _inexact(fine, edge, peak)
+        _refine(flat, scene, options, centre, fine, at, known, grid=grid, refine=refine, most=most, threads=threads)
     return Envelope(
         point=centre.mean,
         mean=fine.mean,
@@ -310,9 +302,46 @@ def _footprints(
     )
 
 
-def _inexact(fine: _Buffers, edge: Bools, peak: float) -> Bools:
-    """The pixels (h, w) whose estimated error is more than is asked."""
-    return np.asarray((fine.error > asked(fine.mean, fine.lo, fine.hi, edge, peak)).any(axis=2))
+def _refine(
+    flat: Flat,
+    scene: Scene,
+    options: Options,
+    centre: _Buffers,
+    fine: _Buffers,
+    at: Bools,
+    known: Bools,
+    *,
+    grid: int,
+    refine: int,
+    most: int,
+    threads: int,
+) -> None:
+    """Trace those of the pixels ``at`` (h, w) again whose mean in ``fine`` is not exact enough, and tell its bound.
+
+    ``fine`` holds ``grid`` x ``grid`` samples of the pixels ``known``. Of a step towards a neighbour a pixel may have a
+    half of a row of samples in it, unseen; of one that is an edge of what is seen verdicts know, and no more samples are
+    taken for it: it is in the bound alone.
+    """
+    mixed = (fine.mixed > 0) | changes(centre.ids)
+    edge = _around(mixed, 1)
+    step, span = steps(fine.lo, fine.hi, known, grid), around(fine.lo, fine.hi)
+    unseen = np.where(edge[..., None], span, step)
+    peak = float(centre.mean.max(initial=0.0))
+
+    def inexact(samples_unseen: Floats) -> Bools:
+        error = np.where(edge[..., None], fine.error, np.maximum(fine.error, samples_unseen))
+        return np.asarray((error > asked(fine.mean, span, edge, peak)).any(axis=2))
+
+    missed = unseen / (2.0 * grid) + np.where(edge[..., None], 0.0, bends(fine.mean, known, grid))
+    samples, wanted = refine * refine, mixed | inexact(missed)
+    while (at & wanted).any():
+        pixels = np.flatnonzero(at & wanted)
+        _pass(flat, scene, options, pixels, fine, grid=-lattice(samples), samples=samples, threads=threads)
+        missed = np.where(wanted[..., None], CORNER / samples * unseen, missed)
+        if samples >= most:
+            break
+        samples, wanted = 4 * samples, wanted & inexact(missed)
+    np.maximum(fine.error, missed, out=fine.error)
 
 
 def trace_samples(

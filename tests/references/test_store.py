@@ -73,6 +73,30 @@ def test_differences_count_in_units_of_the_last_place(scene: Scene, ulps: int, a
     assert store.verify(scene) == ([] if accepted else [str(found)])
 
 
+def test_a_reference_is_within_its_bound_of_very_many_samples(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pixel that is not is told, and so is a file of a time before there were bounds."""
+    monkeypatch.setattr(store, "PIXELS", 2 * scene.width * scene.height)  # so that every one is looked at
+    path = store.build(scene)
+    found = store.compare_deep(scene)
+    assert found.accepted
+    assert found.ratio is not None
+    assert 0.0 < found.ratio <= 1.0
+    assert store.read("test/scene", "height=1").judged == ("R", "G", "B")
+    made = store.compute(scene)
+    bound = store.read_bound("test/scene", "height=1")
+    assert bound is not None
+    assert np.array_equal(bound, made.bound.astype(np.float32))
+    made.pixels[3, 5] *= np.float16(1.5)
+    store.write(path, made, store.provenance(scene))
+    wrong = store.compare_deep(scene)
+    assert not wrong.accepted
+    assert wrong.at == (5, 3)
+    assert "the estimate of the error is wrong there" in str(wrong)
+    write_exr(path, made.pixels.astype(np.float32), half=True, metadata=store.provenance(scene))
+    assert not store.compare_deep(scene).accepted
+    assert "run `notabug references build`" in str(store.compare_deep(scene))
+
+
 def test_half_floats_in_order() -> None:
     """All finite ones: each is one step above the one before it, and both zeros are the same."""
     every = np.arange(1 << 16, dtype=np.uint16).view(np.float16)

@@ -177,7 +177,9 @@ def test_the_hierarchy_is_one(kind: str) -> None:
 def test_wide_nodes_hold_what_the_binary_ones_do() -> None:
     """Every triangle is in one leaf, in order, and within the boxes above it; and no traversal outgrows its stack."""
     rng = np.random.default_rng(5)
-    triangles = rng.normal(size=(500, 1, 3)) * rng.choice([1e-3, 1.0, 30.0], (500, 1, 1)) + rng.normal(size=(500, 3, 3)) * 0.01
+    triangles = (
+        rng.normal(size=(500, 1, 3)) * rng.choice([1e-3, 1.0, 30.0], (500, 1, 1)) + rng.normal(size=(500, 3, 3)) * 0.01
+    )
     triangles[:9] = triangles[0]  # a leaf of more than four that cannot be told apart
     bounds, child, count, order = bvh.build(triangles.reshape(-1, 9))
     nodes, leaves, frame = bvh.widen(bounds, child, count)
