@@ -179,7 +179,7 @@ def provenance(scene: Scene) -> dict[str, str]:
         "notabug:digest": scene.digest(),
         "notabug:model": "reference",
         "notabug:tracer": f"{source_hash(Path(__file__).parent / 'tracer')}-{_native.SOURCES}",
-        "notabug:samples": f"{GRID}x{GRID}, {REFINE}x{REFINE} where mixed, up to {MOST} where the estimated error asks for it",
+        "notabug:samples": f"{GRID}x{GRID}, {REFINE}x{REFINE} where mixed, up to {MOST} by the estimated error",
         "notabug:versions": f"notabug {__version__}, numpy {np.__version__}, python {platform.python_version()}",
     }
 
@@ -222,7 +222,7 @@ def compare_deep(scene: Scene) -> DeepComparison:
     """Hold the stored reference of ``scene`` against DEEP samples, at PIXELS pixels.
 
     Half of them are those with the largest bounds, as a part of what is asked there, the others lie all over. A pixel
-    may be off by its bound, or by what is asked of it where that is more, by half a unit of the last place in which it is
+    may be off by its bound, or by what is asked of it where that is more, by half a unit of the last place of what is
     stored, and by what the samples it is held against may be off.
     """
     stored, bound = read(scene.id, scene.variant).pixels, read_bound(scene.id, scene.variant)

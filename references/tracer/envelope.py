@@ -129,8 +129,8 @@ class Envelope:
     edge, cast : (h, w) the id changes inside the pixel; between two samples of it only the lights do: a shadow's edge.
     spared, spared_point : (h, w) share of the footprint, and of the centre (0 or 1), whose light the facets of its own
         mesh would block.
-    bound : (h, w, 3) by how much ``mean`` may be off, as its samples tell: less than precision.asked, or no more samples
-        were taken.
+    bound : (h, w, 3) by how much ``mean`` may be off, as its samples tell: less than precision.asked, or more samples
+        were too many.
     """
 
     point: Floats
@@ -318,9 +318,9 @@ def _refine(
 ) -> None:
     """Trace those of the pixels ``at`` (h, w) again whose mean in ``fine`` is not exact enough, and tell its bound.
 
-    ``fine`` holds ``grid`` x ``grid`` samples of the pixels ``known``. Of a step towards a neighbour a pixel may have a
-    half of a row of samples in it, unseen; of one that is an edge of what is seen verdicts know, and no more samples are
-    taken for it: it is in the bound alone.
+    ``fine`` holds ``grid`` x ``grid`` samples of the pixels ``known``. A step towards a neighbour may lie in a pixel,
+    unseen, by half of a row of samples. Where that is an edge of what is seen, verdicts admit as much, and no more
+    samples are taken for it: it is in the bound alone.
     """
     mixed = (fine.mixed > 0) | changes(centre.ids)
     edge = _around(mixed, 1)
@@ -347,7 +347,7 @@ def _refine(
 def trace_samples(
     scene: Scene, options: Options, at: npt.NDArray[np.intp], samples: int, threads: int = 0
 ) -> tuple[Floats, Floats]:
-    """The mean of a lattice of ``samples`` over the pixels numbered ``at`` (n,), and its estimated error, both (n, 3)."""
+    """The means of a lattice of ``samples`` over the pixels ``at`` (n,), and their estimated errors, both (n, 3)."""
     into = _Buffers(scene.height, scene.width)
     grid = -lattice(samples)
     _pass(flatten(scene), scene, options, at, into, grid=grid, samples=samples, threads=threads)
