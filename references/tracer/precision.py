@@ -18,8 +18,8 @@ ABSOLUTE = 5e-4  # of the brightest value of the picture
 RANDOM_EDGE = 0.1  # of an edge's step: the least that a verdict admits there, see metrics/admissible.py
 QUARTER = 0.25  # of the tolerance: what a prediction may be off by
 BENT = 1.25  # of an even slope: how much more a pixel's neighbour may change before it is a step
-# Of a step, over the number of samples: what a lattice misjudges of a part of the pixel, a corner that no sample sees or
-# an edge that several lie along. Measured: 1.9, where the horizon crosses stripes as fine as a pixel.
+# Of a step, over the number of samples: what a lattice misjudges of a part of the pixel, a corner that no sample sees
+# or an edge that several lie along. Measured: 1.9, where the horizon crosses stripes as fine as a pixel.
 CORNER = 2.0
 MOST = 1024  # samples of a pixel of a reference; what they leave open is in its bound
 
@@ -48,8 +48,8 @@ def steps(lo: Floats, hi: Floats, known: Bools, grid: int) -> Floats:
     """By how much (h, w, 3) what lies beside a pixel reaches beyond the values of its own ``grid`` x ``grid`` samples.
 
     ``lo`` and ``hi`` are the least and largest of those, of the pixels ``known`` (h, w). Along an even slope the next
-    pixel reaches beyond by what the slope changes over a pixel: BENT times that is left out. What is left may lie between
-    the pixel's border and its outermost samples, where none of them sees it.
+    pixel reaches beyond by what the slope changes over a pixel: BENT times that is left out. What is left may lie
+    between the pixel's border and its outermost samples, where none of them sees it.
     """
     found = np.zeros_like(lo)
     for axis in (0, 1):
