@@ -22,7 +22,7 @@ SOURCES = sorted(FOLDER.glob("*.cpp"))
 HEADERS = sorted(FOLDER.glob("*.h"))
 # No contraction to FMA and no fast math: results are the same to the last bit on any processor, and so without
 # -march=native. Nobody reads errno of a square root.
-FLAGS = ["-std=c++20", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-Wall", "-Wextra", "-g0"]
+FLAGS = ["-std=c++20", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden", "-Wall", "-Wextra", "-g0"]
 EXTRA = shlex.split(os.environ.get("CXXFLAGS", ""))  # of whoever builds: `make sanitize` does
 
 

@@ -14,11 +14,10 @@ from notabug.metrics.neighbours import Bools, extreme, laplacian, weighed, widen
 from notabug.metrics.noise import Measured
 from notabug.metrics.valid import finite
 from notabug.references.tracer.envelope import Envelope, changes
+from notabug.references.tracer.precision import ABSOLUTE, RANDOM_EDGE, RELATIVE, asked
 
 Floats = npt.NDArray[np.floating]
 
-RELATIVE = 0.004  # the default tolerance of a verdict
-ABSOLUTE = 5e-4  # of the brightest value of the picture
 DARK = 1e-9  # the brightest value of a picture that is black
 # Of an edge of a texture that runs along a pixel's border a grid of 4 x 4 or 5 x 5 subsamples, ours or the renderer's,
 # may have a row more or less: an eighth and a tenth of the step, which is in the range of the footprints around.
@@ -27,9 +26,8 @@ GRID = 0.2
 # Of an edge's step: in clean pictures of every scene, 64 x 64, by box, tent and Gaussian, 0.146 at most. With fewer
 # samples than these it may be half of it. A shadow's edge may move by a reasonable epsilon as well: see leeway.py.
 EDGE, ENOUGH = 0.19, 16
-# Of the mean of random samples less, as their noise allows for the rest: in 3,780 clean pictures of the tuning split
-# 0.05 gave 47 false alarms, all at 64 samples or more.
-RANDOM_EDGE = 0.1
+# Of the mean of random samples less, RANDOM_EDGE, as their noise allows for the rest: in 3,780 clean pictures of the
+# tuning split 0.05 gave 47 false alarms, all at 64 samples or more.
 # Of a pixel's footprint: where less of it is unlike its centre, no edge is within a quarter of a pixel of the centre. A
 # rasteriser's grid of 1/16 pixel moves an edge by a thirty-second, but a thin wire that is gone by half its width.
 SIDE = 0.25
@@ -94,7 +92,10 @@ def admissible(
         value = filtered(value, reach_of_filter)
     if math.isfinite(declaration.white):
         value, lo, hi = (np.minimum(each, declaration.white) for each in (value, lo, hi))
-    tau = tolerance * np.abs(value) + ABSOLUTE * max(min(float(value.max(initial=0.0)), peak), DARK)
+    brightest = max(min(float(value.max(initial=0.0)), peak), DARK)
+    tau = tolerance * np.abs(value) + ABSOLUTE * brightest
+    if not point:
+        tau += unsettled(envelope, edge, brightest)
     tau += _rounded(declaration, value, hi)
     samples = None
     sampled = (lo, hi, envelope.variance if declaration.filter == "box" else (hi - lo) ** 2 / 4.0)  # at most: Popoviciu
@@ -126,6 +127,15 @@ def admissible(
         )
         sampled = (lo, hi, np.zeros_like(value))
     return Admissible(value, lo, hi, tau, edge, spared, point, reach_of_filter, samples, sampled, stray=stray)
+
+
+def unsettled(envelope: Envelope, edge: Bools, peak: float) -> Floats:
+    """The bound (h, w, 3) of the prediction's own error, where it is more than is asked of it; elsewhere 0.
+
+    At an ``edge`` (h, w) what is admitted is more than the bound already.
+    """
+    most = asked(envelope.mean, np.zeros_like(envelope.mean), edge, peak)
+    return np.where((envelope.bound > most) & ~edge[..., None], envelope.bound, 0.0)
 
 
 def beside_centre(envelope: Envelope) -> Floats:

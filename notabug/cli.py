@@ -276,12 +276,16 @@ def references(
     deed: Annotated[Deed, typer.Argument(help="Write the references, or check that they are there and right.")],
     scenes: Scenes = None,
     variant: Variant = None,
+    deep: Annotated[
+        bool,
+        typer.Option("--deep", help="Verify a part of each picture with 64 x 64 samples, and tell the worst error."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Build or verify the corpus of reference pictures."""
     from notabug.corpus import command
 
-    raise typer.Exit(command(deed.value, scenes or [], variant or [], as_json))
+    raise typer.Exit(command(deed.value, scenes or [], variant or [], deep, as_json))
 
 
 @app.command(epilog=epilog("calibrate"))

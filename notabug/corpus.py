@@ -13,30 +13,38 @@ from notabug.scenes_usd.scene import Scene
 from notabug.selection import choose, parse_variants
 
 
-def command(deed: str, sources: Sequence[str], variants: Sequence[str], as_json: bool = False) -> ExitCode:
+def command(
+    deed: str, sources: Sequence[str], variants: Sequence[str], deep: bool = False, as_json: bool = False
+) -> ExitCode:
     """``build`` writes, ``verify`` only reads; the code is REFERENCE where something is missing or differs.
 
-    Without ``variants`` every one of each set is taken.
+    Without ``variants`` every one of each set is taken. ``deep`` holds a part of each picture against far more samples
+    instead of computing it again, and tells the worst of them all.
     """
     from notabug.references.predict import ReferenceNotFiniteError
-    from notabug.references.store import ReferenceMissingError, build, compare
+    from notabug.references.store import DeepComparison, ReferenceMissingError, build, compare, compare_deep
 
     out = console(stderr=True)
     told: list[dict[str, Any]] = []
     code = ExitCode.OK
+    worst = (0.0, "")
     for scene in _scenes(sources, variants):
         name = f"{scene.id} {scene.variant}".rstrip()
         try:
-            found = compare(scene) if deed != "build" else None
+            found = None if deed == "build" else compare_deep(scene) if deep else compare(scene)
             said = str(build(scene) if found is None else found)
             fine = found is None or found.accepted
         except (ReferenceMissingError, ReferenceNotFiniteError) as error:
-            said, fine = str(error), False
+            found, said, fine = None, str(error), False
             out.print(said, markup=False, soft_wrap=True)
         else:
             out.print(f"{name}: {said}", markup=False, soft_wrap=True)
         told.append({"scene": scene.id, "variant": scene.variant, "fine": fine, "says": said})
         code = code if fine else ExitCode.REFERENCE
+        if isinstance(found, DeepComparison) and found.ratio is not None and found.ratio >= worst[0]:
+            worst = (found.ratio, name)
+    if worst[1]:
+        out.print(f"the worst ratio of error to bound is {worst[0]:.3g}: {worst[1]}", markup=False, soft_wrap=True)
     if as_json:
         print(json.dumps({"references": told}, ensure_ascii=False))
     return code

@@ -20,6 +20,9 @@ STACK: int
 def build(
     lo: Floats, hi: Floats
 ) -> tuple[Floats, npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.int64]]: ...
+def widen(
+    bounds: Floats, child: npt.NDArray[np.int32], count: npt.NDArray[np.int32]
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], Floats]: ...
 def render(
     flat: Flat,
     options: Options,
@@ -33,6 +36,9 @@ def render(
     threads: int,
 ) -> None: ...
 def trace(flat: Flat, origins: Array, directions: Array, threads: int = 0) -> tuple[Array, Array, Array]: ...
+def occluded(
+    flat: Flat, origins: Array, directions: Array, distances: Array, threads: int = 0
+) -> npt.NDArray[np.bool_]: ...
 def probe(flat: Flat, options: Options, width: int, height: int, x: float, y: float) -> dict[str, Any] | None: ...
 def fill(
     points: Array,

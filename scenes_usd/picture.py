@@ -315,13 +315,23 @@ def _check_size(spec: Any, path: Path) -> None:
 
 
 def write_exr(
-    path: Path, pixels: npt.NDArray[np.floating], *, half: bool = False, metadata: Mapping[str, str] = {}
+    path: Path,
+    pixels: npt.NDArray[np.floating],
+    *,
+    half: bool = False,
+    metadata: Mapping[str, str] = {},
+    channels: tuple[str, ...] = (),
 ) -> None:
-    """Write (h, w, c) pixels as a zip-compressed EXR, atomically: the file is complete or not there."""
+    """Write (h, w, c) pixels as a zip-compressed EXR, atomically: the file is complete or not there.
+
+    ``channels`` are the names of the c channels; without them they are R, G, B and A.
+    """
     import OpenImageIO
 
-    height, width, channels = pixels.shape
-    spec = OpenImageIO.ImageSpec(width, height, channels, OpenImageIO.HALF if half else OpenImageIO.FLOAT)
+    height, width, count = pixels.shape
+    spec = OpenImageIO.ImageSpec(width, height, count, OpenImageIO.HALF if half else OpenImageIO.FLOAT)
+    if channels:
+        spec.channelnames = channels
     spec.attribute("compression", "zip")
     spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
     for key, value in metadata.items():

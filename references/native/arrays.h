@@ -7,7 +7,7 @@
 #include <array>
 #include <string>
 
-#include "scene.h"
+#include "leaf.h"
 
 namespace notabug {
 
@@ -66,10 +66,11 @@ Scene<T> scene_of(const py::handle& flat) {
     const auto triangles = field<T, Triangle<T>>(flat, "points");
     scene.triangles = triangles.count;
     scene.points = triangles.data;
-    const auto nodes = field<std::int32_t>(flat, "child");
-    scene.child = nodes.data;
-    scene.size = field_of<std::int32_t>(flat, "size", nodes.count);
-    scene.bounds = field_of<T>(flat, "bounds", 6 * nodes.count);
+    scene.nodes = field<std::int32_t, WideNode>(flat, "nodes").data;
+    const auto leaves = field<T, Leaf<T>>(flat, "leaves");
+    scene.leaves = leaves.data;
+    scene.first = field_of<std::int32_t>(flat, "first", leaves.count);
+    scene.boxes = *field_of<double, WideFrame>(flat, "boxes", 1);
     scene.face = field_of<std::int32_t>(flat, "face", scene.triangles);
     scene.object = field_of<std::int32_t>(flat, "object", scene.triangles);
     scene.corner = field_of<std::int32_t, Corners>(flat, "corner", scene.triangles);

@@ -1,56 +1,17 @@
 // The module notabug.references._native: what Python calls. Its types are in references/_native.pyi.
 #include <pybind11/stl.h>
 
+#include <cstring>
+
 #include "arrays.h"
 #include "bvh.h"
+#include "switches.h"
 #include "raster.h"
 #include "tracer.h"
 
 namespace notabug {
 
 namespace {
-
-Options options_of(const py::handle& from) {
-    Options to;
-    to.shadows = choice<Shadows, 3>(from, "shadows", {"forgiving", "facets", "none"});
-    to.normals = choice<Normals, 2>(from, "normals", {"unit", "raw"});
-    to.silhouette = choice<Silhouette, 4>(from, "silhouette", {"keep", "flip", "black", "flip_lit"});
-    to.affine = from.attr("affine").cast<bool>();
-    to.raw_vectors = from.attr("raw_vectors").cast<bool>();
-    to.uncut = from.attr("uncut").cast<bool>();
-    to.mirrored_highlight =
-        choice<MirroredHighlight, 3>(from, "mirrored_highlight", {"own", "primary", "lost"});
-    to.retroreflection = from.attr("retroreflection").cast<bool>();
-    to.unreversed = from.attr("unreversed").cast<bool>();
-    to.transparent_shadows =
-        choice<TransparentShadows, 4>(from, "transparent_shadows", {"attenuate", "opaque", "free", "glass"});
-    to.ties = choice<Ties, 7>(from, "ties", {"nearest", "first", "another", "unlit", "blend", "hole", "next"});
-    to.resolution = from.attr("resolution").cast<double>();
-    to.near_resolution = from.attr("near_resolution").cast<double>();
-    to.whole_reflection = from.attr("whole_reflection").cast<bool>();
-    to.self_reflection = from.attr("self_reflection").cast<bool>();
-    to.self_refraction = from.attr("self_refraction").cast<bool>();
-    to.counted_glass = from.attr("counted_glass").cast<bool>();
-    to.gouraud = from.attr("gouraud").cast<bool>();
-    to.gouraud_shadows = choice<GouraudShadows, 3>(from, "gouraud_shadows", {"corners", "pixels", "none"});
-    to.falloff = choice<Falloff, 3>(from, "falloff", {"square", "linear", "none"});
-    to.shadow_rays = choice<ShadowRays, 3>(from, "shadow_rays", {"bounded", "unbounded", "culled"});
-    to.lost_reflection = from.attr("lost_reflection").cast<bool>();
-    to.acne = from.attr("acne").cast<std::int64_t>();
-    to.hit_error = from.attr("hit_error").cast<double>();
-    to.start = choice<Start, 5>(from, "start", {"exact", "none", "absolute", "relative", "error_bound"});
-    to.epsilon = from.attr("epsilon").cast<double>();
-    to.refine = from.attr("refine").cast<bool>();
-    to.offset = from.attr("offset").cast<double>();
-    to.shadow_gap = from.attr("shadow_gap").cast<double>();
-    to.gap_loses = choice<GapLoses, 2>(from, "gap_loses", {"crossings", "objects"});
-    to.ray_gap = from.attr("ray_gap").cast<double>();
-    to.sphere_error = from.attr("sphere_error").cast<double>();
-    to.bounces = from.attr("bounces").cast<int>();
-    to.counted_passages = from.attr("counted_passages").cast<bool>();
-    to.texels = choice<Texels, 2>(from, "texels", {"bilinear", "nearest"});
-    return to;
-}
 
 // --- the tracer -----------------------------------------------------------------------------------------------------
 
@@ -76,7 +37,7 @@ void render_film(const py::object& flat, const py::object& options, std::int64_t
         if (found.count != size) throw py::value_error(std::string(name) + ": not of the picture's size");
         return found.data;
     };
-    const Film film{colours("mean"), colours("variance"), colours("lo"), colours("hi"),
+    const Film film{colours("mean"), colours("variance"), colours("lo"), colours("hi"), colours("error"),
                     numbers("ids", std::int64_t()), numbers("mixed", std::uint8_t()), numbers("spared", double())};
     const auto chosen = rows<std::int64_t>(pixels, "pixels");
     for (std::int64_t i = 0; i < chosen.count; ++i) {
@@ -92,8 +53,6 @@ py::tuple trace_as(const py::object& flat, const py::object& origins, const py::
     const Scene<T> scene = scene_of<T>(flat);
     const auto from = rows<T, Vec3<T>>(origins, "origins"), along = rows<T, Vec3<T>>(directions, "directions");
     if (from.count != along.count) throw py::value_error("origins and directions: not equally many");
-    std::vector<Ray<T>> rays(static_cast<std::size_t>(from.count));
-    for (std::size_t i = 0; i < rays.size(); ++i) rays[i] = {from.data[i], along.data[i]};
     py::array_t<std::int64_t> hits(from.count);
     py::array_t<T> distances(from.count), barycentric({static_cast<py::ssize_t>(from.count), py::ssize_t(3)});
     std::int64_t* hit = hits.mutable_data();
@@ -101,7 +60,7 @@ py::tuple trace_as(const py::object& flat, const py::object& origins, const py::
     auto* weights = reinterpret_cast<Vec3<T>*>(barycentric.mutable_data());
     {
         const py::gil_scoped_release released;
-        trace<T>(scene, rays.data(), from.count, hit, distance, weights, threads);
+        trace<T>(scene, from.data, along.data, from.count, hit, distance, weights, threads);
     }
     return py::make_tuple(hits, distances, barycentric);
 }
@@ -109,6 +68,23 @@ py::tuple trace_as(const py::object& flat, const py::object& origins, const py::
 py::tuple trace_rays(const py::object& flat, const py::object& origins, const py::object& directions, int threads) {
     return is_single(flat) ? trace_as<float>(flat, origins, directions, threads)
                            : trace_as<double>(flat, origins, directions, threads);
+}
+
+template <class T>
+py::array_t<bool> occluded_as(const py::object& flat, const py::object& origins, const py::object& directions,
+                              const py::object& distances, int threads) {
+    const Scene<T> scene = scene_of<T>(flat);
+    const auto from = rows<T, Vec3<T>>(origins, "origins"), along = rows<T, Vec3<T>>(directions, "directions");
+    const auto far = rows<T>(distances, "distances");
+    if (from.count != along.count || from.count != far.count)
+        throw py::value_error("origins, directions and distances: not equally many");
+    py::array_t<bool> made(from.count);
+    bool* blocked = made.mutable_data();
+    {
+        const py::gil_scoped_release released;
+        occluded<T>(scene, from.data, along.data, far.data, from.count, blocked, threads);
+    }
+    return made;
 }
 
 py::tuple numbers_of(const Vec3<double>& v) { return py::make_tuple(v.x, v.y, v.z); }
@@ -162,28 +138,26 @@ py::tuple build(const py::object& lo, const py::object& hi) {
     return py::make_tuple(bounds[part].attr("copy")(), child[part].attr("copy")(), count[part].attr("copy")(), order);
 }
 
-// --- the rasteriser -------------------------------------------------------------------------------------------------
-
-ZBufferOptions zbuffer_of(const std::string& form, bool last, bool parallel) {
-    ZBufferOptions to;
-    to.last = last;
-    to.parallel = parallel;
-    if (form == "exact") {
-        to.form = DepthForm::exact;
-    } else if (form == "fixed16" || form == "fixed24") {
-        to.form = DepthForm::fixed;
-        to.steps = form == "fixed16" ? 0xFFFF : 0xFFFFFF;
-    } else if (form == "float32") {
-        to.form = DepthForm::float32;
-    } else if (form == "reversed32") {
-        to.form = DepthForm::reversed;
-    } else if (form == "distance") {
-        to.form = DepthForm::distance;
-    } else {
-        throw py::value_error("depth: unknown format: " + form);
-    }
-    return to;
+py::tuple widen(const py::object& bounds, const py::object& child, const py::object& count) {
+    struct Box {
+        double side[6];
+    };
+    const auto box = rows<double, Box>(bounds, "bounds");
+    const auto below = rows<std::int32_t>(child, "child"), triangles = rows<std::int32_t>(count, "count");
+    if (box.count == 0 || box.count != below.count || box.count != triangles.count)
+        throw py::value_error("bounds, child and count: not equally many, or none");
+    const WideHierarchy made = widen_hierarchy(box.data->side, below.data, triangles.data);
+    const auto copied = [](const auto& from, auto number) {
+        const auto each = static_cast<py::ssize_t>(sizeof(from[0]) / sizeof number);
+        py::array_t<decltype(number)> to({static_cast<py::ssize_t>(from.size()), each});
+        std::memcpy(to.mutable_data(), from.data(), from.size() * sizeof(from[0]));
+        return to;
+    };
+    return py::make_tuple(copied(made.nodes, std::int32_t()), copied(made.leaves, std::int32_t()),
+                          copied(std::vector<WideFrame>{made.frame}, double())[py::int_(0)]);
 }
+
+// --- the rasteriser -------------------------------------------------------------------------------------------------
 
 template <class T>
 void fill_as(const py::object& points, const Rows<std::int64_t>& order, const py::object& view,
@@ -289,9 +263,14 @@ PYBIND11_MODULE(_native, m) {
           py::arg("pixels"), py::arg("grid"), py::arg("samples"), py::arg("seed"), py::arg("into"),
           py::arg("threads"));
     m.def("trace", &trace_rays, py::arg("flat"), py::arg("origins"), py::arg("directions"), py::arg("threads") = 0);
+    m.def("occluded", [](const py::object& flat, const py::object& origins, const py::object& directions,
+                         const py::object& distances, int threads) {
+        return (is_single(flat) ? occluded_as<float> : occluded_as<double>)(flat, origins, directions, distances, threads);
+    }, py::arg("flat"), py::arg("origins"), py::arg("directions"), py::arg("distances"), py::arg("threads") = 0);
     m.def("probe", &probe_ray, py::arg("flat"), py::arg("options"), py::arg("width"), py::arg("height"), py::arg("x"),
           py::arg("y"));
     m.def("build", &build, py::arg("lo"), py::arg("hi"));
+    m.def("widen", &widen, py::arg("bounds"), py::arg("child"), py::arg("count"));
     m.def("fill", &fill_depth, py::arg("points"), py::arg("order"), py::arg("view"), py::arg("parallel"),
           py::arg("form"), py::arg("last"), py::arg("depth"), py::arg("winner"));
     m.def("raster", &raster_picture, py::arg("flat"), py::arg("order"), py::arg("view"), py::arg("maps"),

@@ -123,8 +123,7 @@ std::int64_t build_hierarchy(std::int64_t n, const double* lo, const double* hi,
         std::copy(box.hi, box.hi + 3, bounds + 6 * range.node + 3);
         const std::int64_t size = range.last - range.first;
         const Split split = builder.best(range, centres);
-        if (split.axis < 0 ||
-            (size <= leaf_size && split.cost + box.area() >= static_cast<double>(size) * box.area())) {
+        if (split.axis < 0 || size <= leaf_size) {
             child[range.node] = static_cast<std::int32_t>(range.first);
             count[range.node] = static_cast<std::int32_t>(size);
             continue;

@@ -6,10 +6,10 @@
 
 namespace notabug {
 
-constexpr int leaf_size = 4;      // triangles per leaf at most, unless they cannot be told apart
+constexpr int leaf_size = 4;      // triangles of a leaf, unless they cannot be told apart: tested at once (see leaf.h)
 constexpr int bins = 16;
 constexpr int deepest = 48;       // below this depth ranges are halved: no tree is deeper than this and log2(triangles)
-constexpr int stack_size = 96;    // nodes that a traversal may have to remember
+constexpr int stack_size = 640;   // boxes that a traversal may have to remember: of a node of eight seven wait
 
 // Builds over the boxes lo, hi (n, 3), n > 0: permutes `order` (n), fills bounds (2n, 6), child and count (2n); returns
 // the number of nodes. A node with count > 0 is a leaf of order[child .. child + count - 1]; else its children are child

@@ -1,6 +1,7 @@
 // Statistics of the subsamples of each pixel: where in a pixel rays go through, and what is kept of their radiance.
 #pragma once
 
+#include "error.h"
 #include "parallel.h"
 #include "whitted.h"
 
@@ -14,6 +15,7 @@ struct Film {
     double* variance;  // of one sample
     double* lo;
     double* hi;
+    double* error;  // an estimate of the mean's
     std::int64_t* ids;      // of the first sample
     std::uint8_t* mixed;    // 1 where ids differ within the pixel, 2 where only the lights that are blocked do, or 3
     double* spared;         // share of the samples that were spared facet self-shadow
@@ -92,6 +94,7 @@ void render_pixel(const Tracer& tracer, const Camera<T>& camera, std::int64_t wi
     double* hi = film.hi + 3 * pixel;
     std::int64_t first = 0, last = 0, excuses = 0, asked = 0;
     std::uint8_t differ = 0;
+    Estimate estimate(pattern.grid, samples);
     // halfway between two samples that see other objects, `a` and `b`: to what lies hidden at their border
     Place<T> a{}, b{}, before{};
     std::int64_t at = 0, beyond = 0;
@@ -132,6 +135,7 @@ void render_pixel(const Tracer& tracer, const Camera<T>& camera, std::int64_t wi
         before = here;
         last = found.id;
         excuses += found.spared;
+        estimate.add(s, value);
         const Vec3<T> square = mul(found.colour, found.colour);
         const Vec3<double> wide = widened(square);
         const double squared[3] = {wide.x, wide.y, wide.z};
@@ -142,6 +146,7 @@ void render_pixel(const Tracer& tracer, const Camera<T>& camera, std::int64_t wi
         const double mean = sum[k] / n;
         film.mean[3 * pixel + k] = mean;
         film.variance[3 * pixel + k] = std::max(squares[k] / n - mean * mean, 0.0);
+        film.error[3 * pixel + k] = estimate.error(k, mean);
     }
     film.ids[pixel] = first;
     film.mixed[pixel] = differ;

@@ -44,6 +44,14 @@ struct Met {
     T t, b0, b1, b2;
 };
 
+// A hit from the signed areas of the edges and the distances of the corners along the main axis.
+template <class T>
+inline Met<T> met_at(T u, T v, T w, T az, T bz, T cz, T sz) {
+    const T det = u + v + w;
+    u = u / det, v = v / det, w = w / det;  // first: a product of three lengths would underflow on tiny triangles
+    return {(u * az + v * bz + w * cz) * sz, u, v, w};
+}
+
 // The edge tests of two triangles that share an edge use the same products, so no ray passes between them. t is in units
 // of the direction's length and may be negative: the caller bounds it.
 template <class T>
@@ -58,15 +66,11 @@ inline Met<T> ray_triangle(const Vec3<T>& o, const Shear<T>& k, const Triangle<T
     const T by = (component(p.b, k.ky) - oky) - k.sy * bz;
     const T cx = (component(p.c, k.kx) - okx) - k.sx * cz;
     const T cy = (component(p.c, k.ky) - oky) - k.sy * cz;
-    T u = cx * by - cy * bx;
-    T v = ax * cy - ay * cx;
-    T w = bx * ay - by * ax;
-    const Met<T> miss{infinity<T>, 0, 0, 0};
-    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return miss;
-    const T det = u + v + w;
-    if (det == 0) return miss;
-    u = u / det, v = v / det, w = w / det;  // first: a product of three lengths would underflow on tiny triangles
-    return {(u * az + v * bz + w * cz) * k.sz, u, v, w};
+    const T u = cx * by - cy * bx;
+    const T v = ax * cy - ay * cx;
+    const T w = bx * ay - by * ax;
+    if (((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) || u + v + w == 0) return {infinity<T>, 0, 0, 0};
+    return met_at(u, v, w, az, bz, cz, k.sz);
 }
 
 template <class T>

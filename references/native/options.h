@@ -1,6 +1,6 @@
 // The tracer's switches, as notabug.references.tracer.envelope.Options describes them.
 //
-// A new switch is one line here and one in `options_of` of bindings.cpp.
+// A new switch is one line here and one in `options_of` of switches.h.
 #pragma once
 
 #include <cstdint>

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "vector.h"
+#include "wide.h"
 
 namespace notabug {
 
@@ -118,10 +119,14 @@ struct Coefficients {
 };
 
 template <class T>
+struct Leaf;
+
+template <class T>
 struct Scene {
-    const T* bounds = nullptr;  // six numbers a node: see bvh.h
-    const std::int32_t* child = nullptr;
-    const std::int32_t* size = nullptr;  // triangles of a leaf, 0 for an inner node
+    const WideNode* nodes = nullptr;  // of the hierarchy, the root first
+    WideFrame boxes{};
+    const Leaf<T>* leaves = nullptr;       // see leaf.h
+    const std::int32_t* first = nullptr;   // triangle of each leaf; the others follow it
 
     std::int64_t triangles = 0;
     const Triangle<T>* points = nullptr;

@@ -158,10 +158,9 @@ LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
     }
     if (shadow.gap > 0) return stepped<T, F>(scene, shadow, face, own_mesh ? owner : -1, chord);
     if (scene.triangles) {
-        const Walk<T> walk(ray);
+        const Walk<T> walk(scene, ray);
         bool dark = false;
-        visit_triangles(scene, walk, shadow.tmin, shadow.tmax, [&](std::int32_t i) {
-            const Met<T> met = ray_triangle(ray.origin, walk.frame, scene.points[i]);
+        visit_triangles(scene, walk, shadow.tmin, shadow.tmax, [&](std::int32_t i, const Met<T>& met) {
             if (!(met.t > shadow.tmin && met.t < shadow.tmax) || scene.face[i] == face) return true;
             if (shadow.culled && rises(scene.points[i], L) > 0) return true;
             if (own_mesh && scene.object[i] == owner && excused(scene, i, met, L, chord)) {

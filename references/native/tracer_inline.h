@@ -20,14 +20,30 @@ void render(const Scene<T>& scene, const Options& option, std::int64_t width, st
 }
 
 template <class T>
-void trace(const Scene<T>& scene, const Ray<T>* rays, std::int64_t count, std::int64_t* hits, T* distances,
-           Vec3<T>* barycentric, int threads) {
+void trace(const Scene<T>& scene, const Vec3<T>* origins, const Vec3<T>* directions, std::int64_t count,
+           std::int64_t* hits, T* distances, Vec3<T>* barycentric, int threads) {
     parallel(count, 1024, threads, [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t j = begin; j < end; ++j) {
-            const Hit<T> hit = closest(scene, rays[j], T(0), infinity<T>, -1);
+            const Hit<T> hit = closest(scene, Ray<T>{origins[j], directions[j]}, T(0), infinity<T>, -1);
             hits[j] = hit.triangle;
             distances[j] = hit.t;
             barycentric[j] = {hit.b0, hit.b1, hit.b2};
+        }
+    });
+}
+
+template <class T>
+void occluded(const Scene<T>& scene, const Vec3<T>* origins, const Vec3<T>* directions, const T* distances,
+              std::int64_t count, bool* blocked, int threads) {
+    parallel(count, 1024, threads, [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t j = begin; j < end; ++j) {
+            blocked[j] = false;
+            if (scene.triangles == 0) continue;
+            const Walk<T> walk(scene, {origins[j], directions[j]});
+            visit_triangles(scene, walk, T(0), distances[j], [&](std::int32_t, const Met<T>& met) {
+                blocked[j] = met.t > 0 && met.t < distances[j];
+                return !blocked[j];
+            });
         }
     });
 }

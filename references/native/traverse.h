@@ -1,44 +1,12 @@
 // Walks through the hierarchy: the closest hit, and what lies as near.
 #pragma once
 
-#include "bvh.h"
-#include "intersect.h"
+#include <bit>
+#include <tuple>
+
+#include "walk.h"
 
 namespace notabug {
-
-// What a ray needs at every box and triangle. For each axis `near` is the column of a box's bounds that it meets first;
-// the far side is 3 columns from it.
-template <class T>
-struct Walk {
-    Vec3<T> origin, inverse;
-    Shear<T> frame;
-    int near_x, near_y, near_z;
-
-    explicit Walk(const Ray<T>& ray)
-        : origin(ray.origin),
-          inverse{T(1) / ray.direction.x, T(1) / ray.direction.y, T(1) / ray.direction.z},
-          frame(shear(ray.direction)),
-          near_x(inverse.x >= 0 ? 0 : 3),
-          near_y(inverse.y >= 0 ? 1 : 4),
-          near_z(inverse.z >= 0 ? 2 : 5) {}
-
-    // Where the ray enters a box, or infinity. Written so that 0 * infinity, which is NaN, never loses a box.
-    T enter(const T* box, T tmin, T tmax) const {
-        T near = tmin, far = tmax;
-        const T x0 = (box[near_x] - origin.x) * inverse.x, x1 = (box[3 - near_x] - origin.x) * inverse.x;
-        const T y0 = (box[near_y] - origin.y) * inverse.y, y1 = (box[5 - near_y] - origin.y) * inverse.y;
-        const T z0 = (box[near_z] - origin.z) * inverse.z, z1 = (box[7 - near_z] - origin.z) * inverse.z;
-        near = x0 > near ? x0 : near;
-        near = y0 > near ? y0 : near;
-        near = z0 > near ? z0 : near;
-        far = x1 < far ? x1 : far;
-        far = y1 < far ? y1 : far;
-        far = z1 < far ? z1 : far;
-        // rounding: a few ulp more keep the test conservative (Ize 2013, "Robust BVH Ray Traversal")
-        const T slack = far * T(sizeof(T) == 4 ? 1e-6 : 1e-15);
-        return near <= far + slack ? near : infinity<T>;
-    }
-};
 
 // A hit of a triangle or of an analytic sphere; the other is -1.
 template <class T>
@@ -47,67 +15,105 @@ struct Hit {
     T t, b0, b1, b2;
 };
 
+// Whether triangle `i` wins over `held` where both are met at exactly the same t: the face that comes first in the scene
+// does, and of one face the triangle whose corners come first.
+template <class T>
+inline bool comes_first(const Scene<T>& scene, int i, int held) {
+    if (held < 0) return false;
+    if (scene.face[i] != scene.face[held]) return scene.face[i] < scene.face[held];
+    const Corners &a = scene.corner[i], &b = scene.corner[held];
+    return std::tie(a.a, a.b, a.c) < std::tie(b.a, b.b, b.c);
+}
+
 // The nearest triangle with tmin < t < tmax whose face is not `skip`.
 // Of two at exactly the same t the one that comes first in the scene wins.
 template <class T>
 Hit<T> closest(const Scene<T>& scene, const Ray<T>& ray, T tmin, T tmax, int skip) {
     Hit<T> hit{-1, -1, tmax, 1, 1, 1};
     if (scene.triangles == 0) return hit;
-    const Walk<T> walk(ray);
-    std::int32_t stack[stack_size];
+    const Walk<T> walk(scene, ray);
+    const Lanes least = all_lanes(walk.least(tmin));
+    float most = walk.most(tmax);
+    std::int32_t child[stack_size], count[stack_size];
+    float since[stack_size];
     int top = 0;
-    std::int32_t node = 0;
-    if (walk.enter(scene.bounds, tmin, hit.t) == infinity<T>) return hit;
+    std::int32_t at = 0, leaves = 0;
     while (true) {
-        const std::int32_t n = scene.size[node], first = scene.child[node];
-        if (n) {
-            for (std::int32_t i = first; i < first + n; ++i) {
-                const Met<T> met = ray_triangle(ray.origin, walk.frame, scene.points[i]);
-                if (met.t > tmin &&
-                    (met.t < hit.t ||
-                     (met.t == hit.t && hit.triangle >= 0 && scene.face[i] < scene.face[hit.triangle])) &&
-                    scene.face[i] != skip) {
-                    hit = {i, -1, met.t, met.b0, met.b1, met.b2};
+        if (leaves) {
+            for (std::int32_t leaf = at; leaf < at + leaves; ++leaf) {
+                MetLeaf<T> met;
+                ray_leaf(ray.origin, walk.frame, scene.leaves[leaf], met);
+                for (unsigned hits = met.hits; hits; hits &= hits - 1) {
+                    const int lane = std::countr_zero(hits), i = scene.first[leaf] + lane;
+                    const Met<T> here = met.at(lane, walk.frame);
+                    if (here.t > tmin && here.t <= hit.t && (here.t < hit.t || comes_first(scene, i, hit.triangle)) &&
+                        scene.face[i] != skip) {
+                        hit = {i, -1, here.t, here.b0, here.b1, here.b2};
+                        most = walk.most(hit.t);
+                    }
                 }
             }
         } else {
-            const T t0 = walk.enter(scene.bounds + 6 * static_cast<std::int64_t>(first), tmin, hit.t);
-            const T t1 = walk.enter(scene.bounds + 6 * static_cast<std::int64_t>(first + 1), tmin, hit.t);
-            if (t0 <= t1) {
-                if (t0 != infinity<T>) {
-                    if (t1 != infinity<T>) stack[top++] = first + 1;
-                    node = first;
-                    continue;
+            const WideNode& node = scene.nodes[at];
+            float entered[wide];
+            unsigned met = walk.enter(node, least, all_lanes(most), entered);
+            if (met) {
+                int best = std::countr_zero(met);
+                met &= met - 1;
+                while (met) {
+                    const int other = std::countr_zero(met);
+                    met &= met - 1;
+                    const bool nearer = entered[other] < entered[best];
+                    const int later = nearer ? best : other;
+                    best = nearer ? other : best;
+                    child[top] = node.child[later], count[top] = node.count[later], since[top] = entered[later];
+                    ++top;
                 }
-            } else if (t1 != infinity<T>) {
-                if (t0 != infinity<T>) stack[top++] = first;
-                node = first + 1;
+                at = node.child[best], leaves = node.count[best];
                 continue;
             }
         }
-        if (top == 0) return hit;
-        node = stack[--top];
+        do {
+            if (top == 0) return hit;
+            --top;
+        } while (since[top] > most);
+        at = child[top], leaves = count[top];
     }
 }
 
-// Calls visit(triangle) for all triangles whose boxes the ray meets between tmin and tmax, until one gives false.
+// Calls visit(triangle, where it is met) for all triangles that the ray meets between tmin and tmax, in their order, until
+// one gives false. Both ends count.
 template <class T, class Visit>
 inline void visit_triangles(const Scene<T>& scene, const Walk<T>& walk, T tmin, T tmax, Visit&& visit) {
-    std::int32_t stack[stack_size];
-    int top = 1;
-    stack[0] = 0;
-    while (top) {
-        const std::int32_t node = stack[--top];
-        if (walk.enter(scene.bounds + 6 * static_cast<std::int64_t>(node), tmin, tmax) == infinity<T>) continue;
-        const std::int32_t n = scene.size[node], first = scene.child[node];
-        if (n == 0) {
-            stack[top++] = first + 1;
-            stack[top++] = first;
-            continue;
+    const Lanes least = all_lanes(walk.least(tmin)), most = all_lanes(walk.most(tmax));
+    std::int32_t child[stack_size], count[stack_size];
+    int top = 0;
+    std::int32_t at = 0, leaves = 0;
+    while (true) {
+        if (leaves) {
+            for (std::int32_t leaf = at; leaf < at + leaves; ++leaf) {
+                MetLeaf<T> met;
+                ray_leaf(walk.origin, walk.frame, scene.leaves[leaf], met);
+                for (unsigned hits = met.hits; hits; hits &= hits - 1) {
+                    const int lane = std::countr_zero(hits);
+                    const Met<T> here = met.at(lane, walk.frame);
+                    if (here.t >= tmin && here.t <= tmax && !visit(scene.first[leaf] + lane, here)) return;
+                }
+            }
+        } else {
+            const WideNode& node = scene.nodes[at];
+            float entered[wide];
+            unsigned met = walk.enter(node, least, most, entered);
+            while (met) {  // the last box first, so that the first one is followed first
+                const int i = std::bit_width(met) - 1;
+                met ^= 1u << i;
+                child[top] = node.child[i], count[top] = node.count[i];
+                ++top;
+            }
         }
-        for (std::int32_t i = first; i < first + n; ++i) {
-            if (!visit(i)) return;
-        }
+        if (top == 0) return;
+        --top;
+        at = child[top], leaves = count[top];
     }
 }
 
@@ -162,13 +168,11 @@ Rival<T> rival(const Scene<T>& scene, const Ray<T>& ray, T tmin, T tmax, int win
     Rival<T> found{{-1, -1, tmax, 0, 0, 0}, -1};
     const bool next = other == Other::next, any = other == Other::first;
     if (scene.triangles) {
-        const Walk<T> walk(ray);
-        visit_triangles(scene, walk, tmin, tmax, [&](std::int32_t i) {
+        const Walk<T> walk(scene, ray);
+        visit_triangles(scene, walk, tmin, tmax, [&](std::int32_t i, const Met<T>& met) {
             const int mine = scene.object[i];
             if ((!any && scene.face[i] == face) || (!next && found.object >= 0 && mine > found.object)) return true;
-            const Met<T> met = ray_triangle(ray.origin, walk.frame, scene.points[i]);
-            if (met.t >= tmin && met.t <= tmax &&
-                (found.object < 0 || met.t < found.hit.t || (!next && mine < found.object))) {
+            if (found.object < 0 || met.t < found.hit.t || (!next && mine < found.object)) {
                 found = {{i, -1, met.t, met.b0, met.b1, met.b2}, mine};
             }
             return true;

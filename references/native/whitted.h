@@ -32,8 +32,6 @@ template <class T>
 struct Lit {
     Vec3<T> colour{0, 0, 0};
     std::uint64_t blocked = 0, facing = 0;  // one bit for each light
-    bool any = false;                       // whether a light was looked at that is not behind the surface
-    bool last_lost = false;                 // whether acne or a tie took the last of those
     bool forgiven = false;
 };
 
@@ -120,8 +118,6 @@ struct Whitted {
             if (scene.lobes.kind && !gouraud) lit.facing |= std::uint64_t(1) << (k & 63);
             const T steep = std::abs(gl);
             const bool dark = sight.unlit || acne(k, ray, hit, at, steep);
-            lit.any = true;
-            lit.last_lost = dark;
             Vec3<T> share{1, 1, 1};
             if (dark) {
                 share = {0, 0, 0};
@@ -295,8 +291,6 @@ struct Whitted {
             if constexpr (F::secondary) opaque = scene.secondary[material].opacity;
             made.colour = made.colour + mul(opaque * from.weight, lit.colour);
             seen = seen * 31 + static_cast<std::uint64_t>(s.object + 1) + facing_prime * lit.facing;
-            // As the references were computed: a hit that a light reaches forgets what was blocked at the hits before it.
-            if (lit.any) dark = lit.last_lost ? 1 : 0;
             dark = dark * 31 + lit.blocked;
             if (s.sagitta <= 0 && hit.triangle >= 0) seen += 67108864 * facet_code(s.facet);
             if (primary) made.spared = lit.forgiven;

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from notabug.references import _native
 from notabug.references.tracer.flatten import Flat, flatten
+from notabug.references.tracer.precision import CORNER, around, asked, bends, steps
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.float64]
@@ -128,6 +129,8 @@ class Envelope:
     edge, cast : (h, w) the id changes inside the pixel; between two samples of it only the lights do: a shadow's edge.
     spared, spared_point : (h, w) share of the footprint, and of the centre (0 or 1), whose light the facets of its own
         mesh would block.
+    bound : (h, w, 3) by how much ``mean`` may be off, as its samples tell: less than precision.asked, or more samples
+        were too many.
     """
 
     point: Floats
@@ -140,6 +143,7 @@ class Envelope:
     spared: Floats
     spared_point: Floats
     cast: Bools
+    bound: Floats
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         return {each.name: getattr(self, each.name) for each in fields(self)}
@@ -153,6 +157,7 @@ class _Buffers:
         self.variance = np.zeros((height, width, 3))
         self.lo = np.zeros((height, width, 3))
         self.hi = np.zeros((height, width, 3))
+        self.error = np.zeros((height, width, 3))
         self.ids = np.zeros((height, width), np.int64)
         self.mixed = np.zeros((height, width), np.uint8)
         self.spared = np.zeros((height, width))
@@ -208,25 +213,28 @@ def trace_envelope(
     *,
     grid: int = GRID,
     refine: int = REFINE,
+    most: int = REFINE * REFINE,
     dtype: npt.DTypeLike = np.float64,
     threads: int = 0,
 ) -> Envelope:
     """The envelope of ``scene`` as it stands (apply ``as_intended`` first for the reference of a scene with intent).
 
     Every pixel gets its centre and ``grid`` x ``grid`` regular subsamples; where ids differ inside the pixel or towards
-    a neighbour, a lattice of ``refine`` x ``refine`` (0: no refinement).
+    a neighbour, or the estimated error is more than what precision.asked, a lattice of ``refine`` x ``refine`` (0: no
+    refinement), and while it still is, lattices of four times as many, up to ``most``.
     """
     flat = flatten(scene, dtype)
     centre = _Buffers(scene.height, scene.width)
     _pass(flat, scene, options, np.arange(scene.width * scene.height), centre, grid=1, threads=threads)
     everywhere = np.ones(centre.ids.shape, np.bool_)
-    return _footprints(flat, scene, options, centre, everywhere, grid=grid, refine=refine, threads=threads)
+    return _footprints(flat, scene, options, centre, everywhere, grid=grid, refine=refine, most=most, threads=threads)
 
 
 def trace_changes(scene: Scene, options: Options, base: Envelope, also: Bools | None = None) -> Envelope:
     """The envelope of ``scene`` where the centre of a pixel within AROUND differs from that of ``base``; else ``base``.
 
-    What is traced is to the last bit what ``trace_envelope`` gives, the rest up to SAME. What a change of a scene does
+    What is traced is to the last bit what ``trace_envelope`` gives, the rest up to SAME; bounds just beside it may be
+    those of ``base``. What a change of a scene does
     only between the centres of pixels, farther than AROUND from any centre that it changes, is seen only at the pixels
     ``also`` (h, w).
     """
@@ -238,7 +246,7 @@ def trace_changes(scene: Scene, options: Options, base: Envelope, also: Bools | 
     at = _around(changed, AROUND)
     if also is not None:
         at |= also
-    made = _footprints(flat, scene, options, centre, at, grid=GRID, refine=REFINE)
+    made = _footprints(flat, scene, options, centre, at)
     known = base.arrays()
     return Envelope(
         **{
@@ -262,22 +270,23 @@ def _around(mask: Bools, reach: int) -> Bools:
 
 
 def _footprints(
-    flat: Flat, scene: Scene, options: Options, centre: _Buffers, at: Bools, *, grid: int, refine: int, threads: int = 0
+    flat: Flat,
+    scene: Scene,
+    options: Options,
+    centre: _Buffers,
+    at: Bools,
+    *,
+    grid: int = GRID,
+    refine: int = REFINE,
+    most: int = REFINE * REFINE,
+    threads: int = 0,
 ) -> Envelope:
     """The envelope of the pixels ``at`` (h, w), whose ``centre``s are traced already; elsewhere it says nothing."""
     fine = _Buffers(scene.height, scene.width)
-    _pass(flat, scene, options, np.flatnonzero(at), fine, grid=grid, threads=threads)
+    known = at if at.all() else _around(at, 1)  # their neighbours tell what lies between
+    _pass(flat, scene, options, np.flatnonzero(known), fine, grid=grid, threads=threads)
     if refine > grid:
-        _pass(
-            flat,
-            scene,
-            options,
-            np.flatnonzero(at & ((fine.mixed > 0) | changes(centre.ids))),
-            fine,
-            grid=-lattice(refine * refine),
-            samples=refine * refine,
-            threads=threads,
-        )
+        _refine(flat, scene, options, centre, fine, at, known, grid=grid, refine=refine, most=most, threads=threads)
     return Envelope(
         point=centre.mean,
         mean=fine.mean,
@@ -289,7 +298,60 @@ def _footprints(
         spared=fine.spared,
         spared_point=centre.spared,
         cast=(fine.mixed & 2) > 0,
+        bound=fine.error,
     )
+
+
+def _refine(
+    flat: Flat,
+    scene: Scene,
+    options: Options,
+    centre: _Buffers,
+    fine: _Buffers,
+    at: Bools,
+    known: Bools,
+    *,
+    grid: int,
+    refine: int,
+    most: int,
+    threads: int,
+) -> None:
+    """Trace those of the pixels ``at`` (h, w) again whose mean in ``fine`` is not exact enough, and tell its bound.
+
+    ``fine`` holds ``grid`` x ``grid`` samples of the pixels ``known``. A step towards a neighbour may lie in a pixel,
+    unseen, by half of a row of samples. Where that is an edge of what is seen, verdicts admit as much, and no more
+    samples are taken for it: it is in the bound alone.
+    """
+    mixed = (fine.mixed > 0) | changes(centre.ids)
+    edge = _around(mixed, 1)
+    step, span = steps(fine.lo, fine.hi, known, grid), around(fine.lo, fine.hi)
+    unseen = np.where(edge[..., None], span, step)
+    peak = float(centre.mean.max(initial=0.0))
+
+    def inexact(samples_unseen: Floats) -> Bools:
+        error = np.where(edge[..., None], fine.error, np.maximum(fine.error, samples_unseen))
+        return np.asarray((error > asked(fine.mean, span, edge, peak)).any(axis=2))
+
+    missed = unseen / (2.0 * grid) + np.where(edge[..., None], 0.0, bends(fine.mean, known, grid))
+    samples, wanted = refine * refine, mixed | inexact(missed)
+    while (at & wanted).any():
+        pixels = np.flatnonzero(at & wanted)
+        _pass(flat, scene, options, pixels, fine, grid=-lattice(samples), samples=samples, threads=threads)
+        missed = np.where(wanted[..., None], CORNER / samples * unseen, missed)
+        if samples >= most:
+            break
+        samples, wanted = 4 * samples, wanted & inexact(missed)
+    np.maximum(fine.error, missed, out=fine.error)
+
+
+def trace_samples(
+    scene: Scene, options: Options, at: npt.NDArray[np.intp], samples: int, threads: int = 0
+) -> tuple[Floats, Floats]:
+    """The means of a lattice of ``samples`` over the pixels ``at`` (n,), and their estimated errors, both (n, 3)."""
+    into = _Buffers(scene.height, scene.width)
+    grid = -lattice(samples)
+    _pass(flatten(scene), scene, options, at, into, grid=grid, samples=samples, threads=threads)
+    return into.mean.reshape(-1, 3)[at], into.error.reshape(-1, 3)[at]
 
 
 def trace_picture(

@@ -61,9 +61,10 @@ class Secondary(NamedTuple):
 class Flat(NamedTuple):
     """A scene for the native code. Triangles are in the order of the hierarchy's leaves."""
 
-    bounds: Array  # (nodes, 6)
-    child: Array  # (nodes,)
-    size: Array  # (nodes,) triangles of a leaf, 0 for an inner node
+    nodes: Array  # (nodes, 64) of the hierarchy: see bvh.widen
+    boxes: Array  # (5,) what its boxes are relative to
+    leaves: Array  # (leaves, 36) triangles side by side
+    first: Array  # (leaves,) triangle of each leaf
     points: Array  # (t, 9)
     face: Array  # (t,) flat face of the whole scene: rays leaving a face do not hit it again
     object: Array  # (t,) index into Scene.objects
@@ -98,9 +99,10 @@ def sagitta(points: npt.NDArray[np.float64], normals: npt.NDArray[np.float64]) -
 class _Geometry(NamedTuple):
     """What of a Flat follows from the meshes alone; ``reach`` is the farthest coordinate."""
 
-    bounds: Array
-    child: Array
-    size: Array
+    nodes: Array
+    boxes: Array
+    leaves: Array
+    first: Array
     points: Array
     face: Array
     object: Array
@@ -149,15 +151,18 @@ def _geometry(objects: tuple[Object, ...], dtype: np.dtype[Any]) -> _Geometry:
     face_of = _joined(faces, order, np.int32)
 
     real = partial(_real, dtype)
-    lo, hi = bounds[:, :3], bounds[:, 3:]
-    if dtype == np.float32:  # rounding must not shrink a box
-        lo = np.nextafter(lo.astype(np.float32), np.float32(-np.inf))
-        hi = np.nextafter(hi.astype(np.float32), np.float32(np.inf))
+    if dtype == np.float32:  # rounding must not move a corner out of its box
+        lo = np.nextafter(bounds[:, :3].astype(np.float32), np.float32(-np.inf))
+        hi = np.nextafter(bounds[:, 3:].astype(np.float32), np.float32(np.inf))
+        bounds = np.hstack([lo, hi]).astype(np.float64)
+    nodes, leaves, boxes = bvh.widen(bounds, child, count)
+    drawn = real(points.reshape(-1, 9)[order])
     return _Geometry(
-        bounds=real(np.hstack([lo, hi])),
-        child=child,
-        size=count,
-        points=real(points.reshape(-1, 9)[order]),
+        nodes=nodes,
+        boxes=boxes,
+        leaves=bvh.side_by_side(drawn, leaves),
+        first=np.ascontiguousarray(leaves[:, 0]),
+        points=drawn,
         face=face_of,
         object=_joined(owners, order, np.int32),
         corner=_joined(corners, order, np.int32).reshape(-1, 3),

@@ -184,7 +184,7 @@ def test_only_single_usual_pixels_beside_edges_are_excused() -> None:
     edge[:, 15:17] = True
     none = np.zeros((32, 32))
     envelope = Envelope(
-        value, value, np.zeros_like(value), value, value, none.astype(np.int64), edge, none, none, none > 0
+        value, value, np.zeros_like(value), value, value, none.astype(np.int64), edge, none, none, none > 0, 0.0 * value
     )
     to = admissible(envelope, POINT)
     for places, shown, right in (

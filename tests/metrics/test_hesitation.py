@@ -37,7 +37,7 @@ def _envelope(width: float, value: float = 0.5) -> Envelope:
     mean = np.full((SIZE, SIZE, 3), value)
     none = np.zeros((SIZE, SIZE))
     lo, hi, variance = mean * (1.0 - width), mean * (1.0 + width), (mean * width) ** 2 / 3.0
-    return Envelope(mean, mean, variance, lo, hi, none.astype(np.int64), none > 0, none, none, none > 0)
+    return Envelope(mean, mean, variance, lo, hi, none.astype(np.int64), none > 0, none, none, none > 0, 0.0 * mean)
 
 
 def _judge(picture: Floats, envelope: Envelope, declaration: Declaration, scene: Scene | None = None) -> Verdict:

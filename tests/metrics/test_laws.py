@@ -59,6 +59,7 @@ def _envelope(picture: Floats, edge: npt.NDArray[np.bool_] | None = None) -> Env
         none,
         none,
         none > 0,
+        np.zeros_like(picture),
     )
 
 

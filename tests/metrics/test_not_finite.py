@@ -46,6 +46,7 @@ def _envelope(picture: Floats) -> Envelope:
         none,
         none,
         none > 0,
+        np.zeros_like(picture),
     )
 
 

@@ -16,6 +16,11 @@ from notabug.scenes_usd.scene import Scene
 TESSELLATIONS = ("8x4", "16x8", "24x12", "48x24", "96x48")
 
 
+def grey(scene: Scene, value: float) -> store.Reference:
+    pixels = np.full((scene.height, scene.width, 3), value, np.float16)
+    return store.Reference(pixels, np.zeros_like(pixels))
+
+
 @pytest.fixture
 def computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The variants computed, into an empty corpus; pictures are grey, for how they are made is tested elsewhere."""
@@ -23,7 +28,7 @@ def computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     def compute(scene: Scene) -> Any:
         found.append(scene.variant)
-        return np.full((scene.height, scene.width, 3), 0.5, np.float16)
+        return grey(scene, 0.5)
 
     monkeypatch.setattr(store, "CORPUS", tmp_path / "corpus")
     monkeypatch.setattr(store, "compute", compute)
@@ -51,7 +56,7 @@ def test_missing_and_differing_references(door: Any, computed: list[str], monkey
     assert door.stderr.count("no reference is stored") == 4
     assert "run `notabug references build terminator/sphere --variant tessellation=8x4`" in door.stderr
     assert door.stderr.count("identical") == 1
-    monkeypatch.setattr(store, "compute", lambda scene: np.full((scene.height, scene.width, 3), 0.6, np.float16))
+    monkeypatch.setattr(store, "compute", lambda scene: grey(scene, 0.6))
     assert door("references", "verify", "terminator/sphere", "--variant", "tessellation=16x8") == ExitCode.REFERENCE
     assert "65536 pixels differ" in door.stderr
 

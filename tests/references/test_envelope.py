@@ -27,6 +27,28 @@ def test_a_shadows_edge_is_told_from_an_outline() -> None:
     assert not trace_envelope(replace(scene, lights=())).cast.any()
 
 
+@pytest.mark.parametrize("sends", [{"mirror": (0.4,) * 3}, {"transmission": (0.4,) * 3, "ior": 1.2}, {"opacity": 0.6}])
+def test_what_a_ray_meets_next_hides_no_shadows_edge_on_its_way(make: Any, sends: dict[str, Any]) -> None:
+    """A floor that sends rays on, in a lit room: the edge of a shadow on it is an edge whatever is seen in it."""
+    grey = (0.5,) * 3
+    objects = [
+        make.rectangle(),
+        make.rectangle(1.0, 0.3, 1),
+        make.rectangle(20.0, 90.0, 1),
+        make.rectangle(-5.0, 90.0, 1),
+    ]
+    lights = [make.point((0.5, 0.2, 2.0), 9.0), make.point((0.0, 0.0, -2.0), 9.0)]  # one for what lies below
+
+    def traced(floor: Material) -> Any:
+        materials = (floor, Material("/Room", grey))
+        return trace_envelope(make.scene(objects, lights, make.camera((1, -3, 4), (0, 0, 0)), materials=materials))
+
+    alone, sending = traced(Material("/Floor", grey)), traced(Material("/Floor", grey, **sends))
+    assert alone.cast.sum() > 50
+    assert not (alone.cast & ~sending.edge).any()
+    assert (alone.cast & sending.cast).sum() > 0.8 * alone.cast.sum()
+
+
 @pytest.mark.parametrize("samples", [16, 64, 1024])
 def test_each_column_and_row_of_a_lattice_holds_one_point(samples: int) -> None:
     rows = [lattice(samples) * s % samples for s in range(samples)]

@@ -47,7 +47,7 @@ def test_building_twice_gives_the_same_bytes(scene: Scene) -> None:
 def test_what_is_stored_is_what_was_computed_and_says_from_what(scene: Scene) -> None:
     store.build(scene)
     stored = store.read("test/scene", "height=1")
-    assert np.array_equal(stored.pixels, store.compute(scene).astype(np.float32))
+    assert np.array_equal(stored.pixels, store.compute(scene).pixels.astype(np.float32))
     assert stored.relative_quantum
     assert stored.pixels.max() > 0
     assert stored.metadata["notabug:digest"] == scene.digest()
@@ -61,15 +61,40 @@ def test_what_is_stored_is_what_was_computed_and_says_from_what(scene: Scene) ->
 @pytest.mark.parametrize(("ulps", "accepted"), [(1, True), (2, False), (-5, False)])
 def test_differences_count_in_units_of_the_last_place(scene: Scene, ulps: int, accepted: bool) -> None:
     path = store.build(scene)
-    pixels = store.compute(scene)
+    made = store.compute(scene)
+    pixels = made.pixels
     y, x = np.unravel_index(np.argmax(pixels[..., 0]), pixels.shape[:2])
     pixels[y, x, 0] = (pixels[y, x, :1].view(np.int16) + np.int16(ulps)).view(np.float16)[0]
-    write_exr(path, pixels.astype(np.float32), half=True, metadata=store.provenance(scene))
+    store.write(path, made, store.provenance(scene))
     found = store.compare(scene)
     assert (found.pixels, found.ulps, found.accepted) == (1, abs(ulps), accepted)
     assert f"1 pixels differ, at most {abs(ulps)} ulp" in str(found)
     assert ("is accepted" in str(found)) == accepted
     assert store.verify(scene) == ([] if accepted else [str(found)])
+
+
+def test_a_reference_is_within_its_bound_of_very_many_samples(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pixel that is not is told, and so is a file of a time before there were bounds."""
+    monkeypatch.setattr(store, "PIXELS", 2 * scene.width * scene.height)  # so that every one is looked at
+    path = store.build(scene)
+    found = store.compare_deep(scene)
+    assert found.accepted
+    assert found.ratio is not None
+    assert 0.0 < found.ratio <= 1.0
+    assert store.read("test/scene", "height=1").judged == ("R", "G", "B")
+    made = store.compute(scene)
+    bound = store.read_bound("test/scene", "height=1")
+    assert bound is not None
+    assert np.array_equal(bound, made.bound.astype(np.float32))
+    made.pixels[3, 5] *= np.float16(1.5)
+    store.write(path, made, store.provenance(scene))
+    wrong = store.compare_deep(scene)
+    assert not wrong.accepted
+    assert wrong.at == (5, 3)
+    assert "the estimate of the error is wrong there" in str(wrong)
+    write_exr(path, made.pixels.astype(np.float32), half=True, metadata=store.provenance(scene))
+    assert not store.compare_deep(scene).accepted
+    assert "run `notabug references build`" in str(store.compare_deep(scene))
 
 
 def test_half_floats_in_order() -> None:

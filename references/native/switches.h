@@ -1,0 +1,73 @@
+// From the options of Python's objects to those of the tracer and of the depth buffer.
+#pragma once
+
+#include "arrays.h"
+#include "options.h"
+#include "raster.h"
+
+namespace notabug {
+
+inline Options options_of(const py::handle& from) {
+    Options to;
+    to.shadows = choice<Shadows, 3>(from, "shadows", {"forgiving", "facets", "none"});
+    to.normals = choice<Normals, 2>(from, "normals", {"unit", "raw"});
+    to.silhouette = choice<Silhouette, 4>(from, "silhouette", {"keep", "flip", "black", "flip_lit"});
+    to.affine = from.attr("affine").cast<bool>();
+    to.raw_vectors = from.attr("raw_vectors").cast<bool>();
+    to.uncut = from.attr("uncut").cast<bool>();
+    to.mirrored_highlight =
+        choice<MirroredHighlight, 3>(from, "mirrored_highlight", {"own", "primary", "lost"});
+    to.retroreflection = from.attr("retroreflection").cast<bool>();
+    to.unreversed = from.attr("unreversed").cast<bool>();
+    to.transparent_shadows =
+        choice<TransparentShadows, 4>(from, "transparent_shadows", {"attenuate", "opaque", "free", "glass"});
+    to.ties = choice<Ties, 7>(from, "ties", {"nearest", "first", "another", "unlit", "blend", "hole", "next"});
+    to.resolution = from.attr("resolution").cast<double>();
+    to.near_resolution = from.attr("near_resolution").cast<double>();
+    to.whole_reflection = from.attr("whole_reflection").cast<bool>();
+    to.self_reflection = from.attr("self_reflection").cast<bool>();
+    to.self_refraction = from.attr("self_refraction").cast<bool>();
+    to.counted_glass = from.attr("counted_glass").cast<bool>();
+    to.gouraud = from.attr("gouraud").cast<bool>();
+    to.gouraud_shadows = choice<GouraudShadows, 3>(from, "gouraud_shadows", {"corners", "pixels", "none"});
+    to.falloff = choice<Falloff, 3>(from, "falloff", {"square", "linear", "none"});
+    to.shadow_rays = choice<ShadowRays, 3>(from, "shadow_rays", {"bounded", "unbounded", "culled"});
+    to.lost_reflection = from.attr("lost_reflection").cast<bool>();
+    to.acne = from.attr("acne").cast<std::int64_t>();
+    to.hit_error = from.attr("hit_error").cast<double>();
+    to.start = choice<Start, 5>(from, "start", {"exact", "none", "absolute", "relative", "error_bound"});
+    to.epsilon = from.attr("epsilon").cast<double>();
+    to.refine = from.attr("refine").cast<bool>();
+    to.offset = from.attr("offset").cast<double>();
+    to.shadow_gap = from.attr("shadow_gap").cast<double>();
+    to.gap_loses = choice<GapLoses, 2>(from, "gap_loses", {"crossings", "objects"});
+    to.ray_gap = from.attr("ray_gap").cast<double>();
+    to.sphere_error = from.attr("sphere_error").cast<double>();
+    to.bounces = from.attr("bounces").cast<int>();
+    to.counted_passages = from.attr("counted_passages").cast<bool>();
+    to.texels = choice<Texels, 2>(from, "texels", {"bilinear", "nearest"});
+    return to;
+}
+
+inline ZBufferOptions zbuffer_of(const std::string& form, bool last, bool parallel) {
+    ZBufferOptions to;
+    to.last = last;
+    to.parallel = parallel;
+    if (form == "exact") {
+        to.form = DepthForm::exact;
+    } else if (form == "fixed16" || form == "fixed24") {
+        to.form = DepthForm::fixed;
+        to.steps = form == "fixed16" ? 0xFFFF : 0xFFFFFF;
+    } else if (form == "float32") {
+        to.form = DepthForm::float32;
+    } else if (form == "reversed32") {
+        to.form = DepthForm::reversed;
+    } else if (form == "distance") {
+        to.form = DepthForm::distance;
+    } else {
+        throw py::value_error("depth: unknown format: " + form);
+    }
+    return to;
+}
+
+}  // namespace notabug
