@@ -91,7 +91,7 @@ def test_a_split_is_named_after_its_diagonal(split: str, limitations: set[str]) 
     found = [each for each in models(scene) if each.kind == "limitation" and each.name not in anywhere]
     assert {each.name for each in found} == limitations
     whens = {each.when for each in found}
-    cuts = {("ngon_split", each) for each in ("02", "13", "shorter")}
+    cuts = {("ngon_split", each) for each in ("02", "13", "shorter", "fan")}
     assert whens == (cuts if split == "quad" else {None})
 
 
