@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import ABSOLUTE, LSB, MISSED, RELATIVE, Admissible, residual
+from notabug.metrics.admissible import LSB, MISSED, Admissible, residual
 from notabug.metrics.channels import largest, pixels, spread
 from notabug.metrics.excused import excused
 from notabug.metrics.explain import Explanation
@@ -27,6 +27,7 @@ from notabug.metrics.nuisance import some
 from notabug.metrics.quick import Predict
 from notabug.metrics.rules import support
 from notabug.references.models.model import Model
+from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]

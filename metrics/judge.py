@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.metrics import perceive as eye
-from notabug.metrics.admissible import RELATIVE, Admissible, admissible, reckonable, suspected
+from notabug.metrics.admissible import Admissible, admissible, reckonable, suspected
 from notabug.metrics.causes import gain_message
 from notabug.metrics.channels import pixels, put
 from notabug.metrics.explain import Explanation, admitted, beside_faults, explain, few_wrong
@@ -29,6 +29,7 @@ from notabug.references.models.camera import shift_message
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
 from notabug.references.tracer.envelope import Envelope
+from notabug.references.tracer.precision import RELATIVE
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 

@@ -13,12 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.gallery.store import Store
-from notabug.metrics.admissible import ABSOLUTE, RELATIVE
 from notabug.metrics.noise import measure
 from notabug.record import Result, json_ready, load
 from notabug.references import store as references
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
+from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
 from notabug.report.loading import inside
 from notabug.scenes_usd.catalogue import Entry, scenes
 from notabug.scenes_usd.errors import NotabugError

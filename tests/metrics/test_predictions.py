@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import RELATIVE, admissible
+from notabug.metrics.admissible import admissible
 from notabug.metrics.predictions import Predictions, _Recent
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict, preview
+from notabug.references.tracer.precision import RELATIVE
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 

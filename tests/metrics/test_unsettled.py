@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import ABSOLUTE, RELATIVE, admissible
+from notabug.metrics.admissible import admissible
 from notabug.references.tracer.envelope import Envelope
+from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
 
 SIZE = 16
 BOX = Declaration("float64", "box", 0.5, quantum=0.0, relative_quantum=False, noisy=False, samples=64)

@@ -18,12 +18,12 @@ from notabug.bench.verdict.design import NAMED, Group, seeds_of
 from notabug.bench.verdict.film import BY_NAME, SUBSAMPLES, Condition, filtered, shoot, variance, written
 from notabug.bench.verdict.gates import Pair, gates
 from notabug.bench.verdict.stage import jittered, resized
-from notabug.metrics.admissible import ABSOLUTE, RELATIVE
 from notabug.metrics.judge import judge
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.model import Model, models
 from notabug.references.predict import configured
 from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 
