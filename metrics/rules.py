@@ -34,6 +34,7 @@ LEAST_DOTTED = 0.3
 LEAST_FOUGHT = 0.02  # of what surfaces share to the last bits: renderers show another one at a sixth of it or more
 NOISE = 3.0  # standard errors beyond which a pixel is off
 LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
+ALONE = 0.06  # of the 5 x 5 pixels around a dot: less than two of them
 MOST_ALIKE, WIDENED = 0.3, 0.15  # correlation of neighbours' differences; a blot's is above .5, a Gaussian filter's .37
 
 
@@ -232,7 +233,9 @@ def grained(
         bright = np.maximum(largest(np.abs(base.value)), largest(base.tau))
         alpha = np.where(within, np.minimum(largest(np.abs(measured.mean - base.value)) / bright, 1.0), 0.0)
     count = np.maximum(ndimage.uniform_filter(within.astype(np.float64), 5, mode="constant"), 1e-9)
-    off = np.where(within, alpha - ndimage.uniform_filter(alpha * within, 5, mode="constant") / count, 0.0)
+    around = ndimage.uniform_filter(alpha * within, 5, mode="constant") / count
+    around[count < ALONE] = 0.0  # a dot by itself differs from what is around it by all of its share
+    off = np.where(within, alpha - around, 0.0)
     power = float((off**2).sum())
     dots = np.abs(off[_off(measured, base, within)])
     rough = not dots.size or float(np.median(dots)) > LEAST_GRAIN
