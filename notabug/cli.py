@@ -343,11 +343,12 @@ def install(
     name: Annotated[str, typer.Argument(help="The renderer; without one, what can be installed is listed.")] = "",
     python: Annotated[str, typer.Option(help="The interpreter for it; default: one of the version it needs.")] = "",
     remove: Annotated[bool, typer.Option("--remove", help="Remove its environment instead.")] = False,
+    as_json: Json = False,
 ) -> None:
     """Install a renderer into an environment of its own below the cache, and nothing anywhere else."""
     from notabug.installing import command
 
-    raise typer.Exit(command(name, python, remove=remove))
+    raise typer.Exit(command(name, python, remove=remove, as_json=as_json))
 
 
 @app.command(epilog=epilog("bench"))

@@ -8,6 +8,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 from filelock import FileLock
 from rich.console import Console
@@ -30,11 +31,11 @@ class InstallError(NotabugError):
     """A renderer that could not be installed: names the step that failed."""
 
 
-def command(name: str, python: str, *, remove: bool) -> ExitCode:
-    """Install the renderer ``name``, or ``remove`` it; without a name list what there is."""
+def command(name: str, python: str, *, remove: bool, as_json: bool = False) -> ExitCode:
+    """Install the renderer ``name``, or ``remove`` it; without a name list what there is, as a table or JSON."""
     said = console(stderr=True)
     if not name:
-        _show()
+        _show(as_json)
         return ExitCode.OK
     if name not in RECIPES:
         raise SelectionError(
@@ -52,6 +53,8 @@ def command(name: str, python: str, *, remove: bool) -> ExitCode:
             said.print(f"{name}: already in {folder}", markup=False, soft_wrap=True)
         else:
             _install(name, recipe, folder, python, said)
+    if as_json:
+        print(json.dumps({"renderers": [_row(name, recipe)]}, ensure_ascii=False))
     return ExitCode.OK
 
 
@@ -117,13 +120,28 @@ def _run(words: list[str], name: str, seconds: float) -> Ended:
         return run_child(words, where=name, folder=Path(folder), timeout=seconds, environment=alone, limits=limits)
 
 
-def _show() -> None:
+def _row(name: str, recipe: Recipe) -> dict[str, Any]:
+    """What is told of the renderer ``name``."""
+    there = installed(environment_folder(name))
+    return {
+        "renderer": name,
+        "installed": "yes" if there == recipe.requirements else "other versions" if there else "no",
+        "megabytes": recipe.megabytes,
+        "licence": recipe.licence,
+        "python": recipe.python or "any",
+        "requirements": list(recipe.requirements),
+    }
+
+
+def _show(as_json: bool) -> None:
+    rows = [_row(name, recipe) for name, recipe in RECIPES.items()]
+    if as_json:
+        print(json.dumps({"renderers": rows}, ensure_ascii=False))
+        return
     shown = Table(box=None, pad_edge=False)
     for heading in ("renderer", "installed", "on disk", "licence", "Python", "what"):
         shown.add_column(heading)
-    for name, recipe in RECIPES.items():
-        there = installed(environment_folder(name))
-        state = "yes" if there == recipe.requirements else "other versions" if there else "no"
-        size = f"{recipe.megabytes} MB"
-        shown.add_row(name, state, size, recipe.licence, recipe.python or "any", ", ".join(recipe.requirements))
+    for row in rows:
+        size, what = f"{row['megabytes']} MB", ", ".join(row["requirements"])
+        shown.add_row(row["renderer"], row["installed"], size, row["licence"], row["python"], what)
     console().print(shown)

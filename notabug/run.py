@@ -275,6 +275,7 @@ class Calibrated:
     result: Result | None
     refused: str
     rendering: float
+    kept: bool  # whether it, or what else it was held against, is from an earlier run
 
 
 def calibrate(plan: Plan, watcher: Watcher, name: str) -> Calibrated:
@@ -284,7 +285,7 @@ def calibrate(plan: Plan, watcher: Watcher, name: str) -> Calibrated:
     mended in a place that no key covers, such as a machine's own settings.
     """
     found = _calibrate(plan, watcher, name)
-    if found.refused and plan.resume and not found.rendering:
+    if found.refused and found.kept:
         return _calibrate(replace(plan, resume=False), watcher, name)
     return found
 
@@ -292,29 +293,33 @@ def calibrate(plan: Plan, watcher: Watcher, name: str) -> Calibrated:
 def _calibrate(plan: Plan, watcher: Watcher, name: str) -> Calibrated:
     state = Run(plan, watcher)
     first: Result | None = None
+    kept = False
     for card in CARDS:
         scene = _read(card)
         if isinstance(scene, Scene):
-            result, _ = _job(state, card, scene, name)
+            result, old = _job(state, card, scene, name)
+            kept = kept or old
             first = first or result
             if result.verdict.word != "unsupported":
                 first = result
                 break
     if first is None:
-        return Calibrated(None, "", state.rendering)
+        return Calibrated(None, "", state.rendering, kept)
     shown = first
 
     def plain() -> Result | None:
+        nonlocal kept
         for card in CARDS[1:] if textured(shown.scene) else ():
             scene = _read(card)
             if isinstance(scene, Scene):
-                result, _ = _job(state, card, scene, name)
+                result, old = _job(state, card, scene, name)
+                kept = kept or old
                 if result.verdict.word != "unsupported":
                     return result
         return None
 
     refused = refusal(shown, plan.renderers[name][0], plan.quality, plan.out, plain)
-    return Calibrated(shown, refused, state.rendering)
+    return Calibrated(shown, refused, state.rendering, kept)
 
 
 def _expected(scene: Scene, renderer: str) -> str:

@@ -53,7 +53,7 @@ ROWS: tuple[tuple[tuple[str, ...], tuple[int, ...]], ...] = (
     *((("export", "terminator/sphere", "--to", each.value, "--out", "exported"), (0,)) for each in options.Format),
     *((("list", each.value), (0,)) for each in options.Topic),
     (("doctor", "--json"), (0,)),
-    (("install",), (0,)),
+    (("install", "--json"), (0,)),
     (("reduce", "tiny.usda", "-r", "inhouse"), (5,)),
     (("accept", "tiny", "-r", "inhouse", "--because", "a test", "--run", "run", "--json"), (0,)),
     (("merge", "run", "run2", "--out", "merged", "--json"), (0,)),

@@ -95,7 +95,7 @@ def test_everything_can_be_declared_of_a_picture(word: str, field: str, value: o
     "word",
     [
         *("interpolation", "interpolation=cubic", "bounces=9", "bounces=2.5", "noisy=perhaps", "interpolatoin=flat"),
-        *("epsilon=nan", "quantum=1", "epsilon=much"),
+        *("epsilon=nan", "relative_quantum=yes", "epsilon=much"),
     ],
 )
 def test_a_declaration_that_cannot_be_is_refused(word: str) -> None:
@@ -117,7 +117,7 @@ def test_declarations_reach_the_judge(tmp_path: Path, command: list[str]) -> Non
 
 def test_the_list_of_declarations_is_whole() -> None:
     rows = {each["key"]: each for each in declared.declarations()}
-    derived = {"quantum", "relative_quantum", "white", "shared_exponent"}
+    derived = {"relative_quantum", "shared_exponent"}
     assert set(rows) == {each.name for each in fields(Declaration)} - derived
     assert all(each["values"] and each["meaning"] and each["default"] for each in rows.values())
     assert rows["interpolation"]["values"].split() == ["phong", "gouraud", "flat", "unknown"]
