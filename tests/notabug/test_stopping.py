@@ -22,6 +22,7 @@ from notabug.references.predict import predict
 from notabug.scenes_usd.reader import find, read_scene
 
 PROGRAM = Path(__file__).with_name("misbehaving.py")
+PATIENCE = 300.0  # seconds until a run that does not end is a failure
 NAMES = ("scene0", "scene1", "scene2", "hangs")
 
 
@@ -55,8 +56,20 @@ def start(here: Path, *words: str) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "notabug", "run", "-r", "slow", *(f"{name}.usda" for name in NAMES), *words]
     environment = {**os.environ, "TMPDIR": str(here / "tmp")}
     return subprocess.Popen(
-        command, cwd=here, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        command,
+        cwd=here,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=heeding,
     )
+
+
+def heeding() -> None:
+    """Heed the signals that whoever started the tests in the background had ignored (nohup, a shell's &)."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
 
 
 def wait_until(seen: Any, process: subprocess.Popen[str]) -> None:
@@ -64,7 +77,7 @@ def wait_until(seen: Any, process: subprocess.Popen[str]) -> None:
         if seen() or process.poll() is not None:
             break
         time.sleep(0.02)
-    assert process.poll() is None, process.communicate()
+    assert process.poll() is None, process.communicate(timeout=PATIENCE)
 
 
 def is_at_work(here: Path, done: int) -> bool:
@@ -83,7 +96,7 @@ def test_what_is_finished_is_on_record_and_nothing_is_left(
     process = start(here, "--jobs", jobs)
     wait_until(lambda: is_at_work(here, 3), process)
     process.send_signal(number)
-    _, log = process.communicate()
+    _, log = process.communicate(timeout=PATIENCE)
     assert process.returncode == code, log
     assert "Traceback" not in log
     assert [line for line in log.splitlines() if "stopped" in line] == [
@@ -174,7 +187,7 @@ def test_a_scheduler_that_is_lost_is_one_line_and_costs_no_finished_result(here:
             wait_until(lambda: is_at_work(here, 3), process)
         finally:
             os.killpg(cluster.pid, signal.SIGKILL)
-    _, log = process.communicate()
+    _, log = process.communicate(timeout=PATIENCE)
     assert process.returncode == 3, log
     assert "Traceback" not in log
     assert "the Dask scheduler is out of reach" in log.splitlines()[-1]
