@@ -14,7 +14,7 @@ from notabug.metrics.neighbours import Bools, extreme, laplacian, weighed, widen
 from notabug.metrics.noise import Measured
 from notabug.metrics.valid import finite
 from notabug.references.tracer.envelope import Envelope, changes
-from notabug.references.tracer.precision import ABSOLUTE, RANDOM_EDGE, RELATIVE, asked
+from notabug.references.tracer.precision import ABSOLUTE, RANDOM_EDGE, RELATIVE
 
 Floats = npt.NDArray[np.floating]
 
@@ -92,10 +92,7 @@ def admissible(
         value = filtered(value, reach_of_filter)
     if math.isfinite(declaration.white):
         value, lo, hi = (np.minimum(each, declaration.white) for each in (value, lo, hi))
-    brightest = max(min(float(value.max(initial=0.0)), peak), DARK)
-    tau = tolerance * np.abs(value) + ABSOLUTE * brightest
-    if not point:
-        tau += unsettled(envelope, edge, brightest)
+    tau = tolerance * np.abs(value) + ABSOLUTE * max(min(float(value.max(initial=0.0)), peak), DARK)
     tau += _rounded(declaration, value, hi)
     samples = None
     sampled = (lo, hi, envelope.variance if declaration.filter == "box" else (hi - lo) ** 2 / 4.0)  # at most: Popoviciu
@@ -127,15 +124,6 @@ def admissible(
         )
         sampled = (lo, hi, np.zeros_like(value))
     return Admissible(value, lo, hi, tau, edge, spared, point, reach_of_filter, samples, sampled, stray=stray)
-
-
-def unsettled(envelope: Envelope, edge: Bools, peak: float) -> Floats:
-    """The bound (h, w, 3) of the prediction's own error, where it is more than is asked of it; elsewhere 0.
-
-    At an ``edge`` (h, w) what is admitted is more than the bound already.
-    """
-    most = asked(envelope.mean, np.zeros_like(envelope.mean), edge, peak)
-    return np.where((envelope.bound > most) & ~edge[..., None], envelope.bound, 0.0)
 
 
 def beside_centre(envelope: Envelope) -> Floats:

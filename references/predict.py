@@ -18,14 +18,12 @@ from notabug.references import _native
 from notabug.references.cache import cache_root, source_hash
 from notabug.references.models.model import Model
 from notabug.references.tracer.envelope import (
-    REFINE,
     Envelope,
     Options,
     trace_changes,
     trace_envelope,
     trace_picture,
 )
-from notabug.references.tracer.precision import MOST
 from notabug.scenes_usd import triangulate
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
@@ -39,9 +37,6 @@ SOURCE_HASH = "-".join(
         _native.COMPILER,
     ]
 )
-FEWER = (
-    REFINE * REFINE
-)  # samples at most of a pixel under a hypothesis, of which many are tried; its bound says the rest
 CACHE_BYTES = 2 << 30  # the oldest files of a kind go when the cache has grown beyond this
 SWEEPS = ("00", "40", "80", "c0")  # beginnings of the names, one in 64, after which it is looked at
 
@@ -68,7 +63,7 @@ def predict(scene: Scene, models: Iterable[Model] = (), *, cached: bool = True) 
     numpy; its values are float32 (relative error 6e-8, far below any tolerance).
     """
     chosen = tuple(models)
-    envelope = _predicted(*configured(scene, chosen), cached=cached, most=FEWER if chosen else MOST)
+    envelope = _predicted(*configured(scene, chosen), cached=cached)
     if not chosen:
         for values in (envelope.point, envelope.mean, envelope.lo, envelope.hi, envelope.variance):
             check_finite(values, scene)
@@ -103,15 +98,15 @@ def predict_near(scene: Scene, models: Iterable[Model], known: Near, also: npt.N
     return Near(envelope, path.stem)
 
 
-def _predicted(scene: Scene, options: Options, *, cached: bool, most: int) -> Envelope:
-    """The envelope of a configured scene, ``most`` samples a pixel."""
-    path = _path(scene, options, "envelopes", "" if most == MOST else str(most))
+def _predicted(scene: Scene, options: Options, *, cached: bool) -> Envelope:
+    """The envelope of a configured scene."""
+    path = _path(scene, options, "envelopes")
     if cached:
         try:
             return _stored(path)
         except (OSError, ValueError, EOFError):  # no file, or a damaged one
             _forget(path)
-    envelope = _stored_form(trace_envelope(scene, options, most=most))
+    envelope = _stored_form(trace_envelope(scene, options))
     if cached:
         _keep(path, list(envelope.arrays().values()))
     return envelope

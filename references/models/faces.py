@@ -26,7 +26,7 @@ MISSED = 0.8  # share of a triangle's places that are wrong where it is missing;
 VISIBLE = 0.25  # share of its places that a triangle must show at least
 LARGE = 100.0  # pixels: the area from which on every pixel of a triangle is looked at
 SMALLEST = 1.0  # pixels: the area of a triangle that can be told
-MOST_MISSING = 0.3  # share of the triangles beyond which it is another fault than faces that are left out
+MOST_MISSING = 0.22  # share of the triangles beyond which it is another fault than faces that are left out
 
 
 def models(scene: Scene) -> Iterator[Model]:

@@ -130,7 +130,7 @@ class Envelope:
     spared, spared_point : (h, w) share of the footprint, and of the centre (0 or 1), whose light the facets of its own
         mesh would block.
     bound : (h, w, 3) by how much ``mean`` may be off, as its samples tell: less than precision.asked, or more samples
-        were too many.
+        were too many; 0 where none was asked for.
     """
 
     point: Floats
@@ -220,8 +220,9 @@ def trace_envelope(
     """The envelope of ``scene`` as it stands (apply ``as_intended`` first for the reference of a scene with intent).
 
     Every pixel gets its centre and ``grid`` x ``grid`` regular subsamples; where ids differ inside the pixel or towards
-    a neighbour, or the estimated error is more than what precision.asked, a lattice of ``refine`` x ``refine`` (0: no
-    refinement), and while it still is, lattices of four times as many, up to ``most``.
+    a neighbour, a lattice of ``refine`` x ``refine`` (0: no refinement). With ``most`` beyond that, a pixel whose
+    estimated error is more than what precision.asked gets lattices of four times as many samples, up to ``most``, and a
+    bound.
     """
     flat = flatten(scene, dtype)
     centre = _Buffers(scene.height, scene.width)
@@ -323,6 +324,12 @@ def _refine(
     samples are taken for it: it is in the bound alone.
     """
     mixed = (fine.mixed > 0) | changes(centre.ids)
+    samples = refine * refine
+    if most <= samples:  # all that is predicted for a verdict is sampled alike: a difference is the models', not theirs
+        pixels = np.flatnonzero(at & mixed)
+        _pass(flat, scene, options, pixels, fine, grid=-lattice(samples), samples=samples, threads=threads)
+        fine.error[:] = 0.0
+        return
     edge = _around(mixed, 1)
     step, span = steps(fine.lo, fine.hi, known, grid), around(fine.lo, fine.hi)
     unseen = np.where(edge[..., None], span, step)
@@ -333,7 +340,7 @@ def _refine(
         return np.asarray((error > asked(fine.mean, span, edge, peak)).any(axis=2))
 
     missed = unseen / (2.0 * grid) + np.where(edge[..., None], 0.0, bends(fine.mean, known, grid))
-    samples, wanted = refine * refine, mixed | inexact(missed)
+    wanted = mixed | inexact(missed)
     while (at & wanted).any():
         pixels = np.flatnonzero(at & wanted)
         _pass(flat, scene, options, pixels, fine, grid=-lattice(samples), samples=samples, threads=threads)
