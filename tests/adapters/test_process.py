@@ -143,10 +143,12 @@ def test_nothing_outlives_a_job_however_it_detached(how: str, tmp_path: Path) ->
 @pytest.mark.parametrize("how", ["an empty environment", "two forks"])
 def test_a_renderer_ends_with_whoever_started_it(ending: signal.Signals, how: str, tmp_path: Path) -> None:
     program = f"{LEAVES}{WAYS[how]}\nnote(os.getpid())\nopen('ready', 'w').close()\ntime.sleep(3600)"
+    # a shell that starts the tests in the background lets its children ignore SIGINT
     code = f"""
-import sys
+import signal, sys
 from pathlib import Path
 from notabug.adapters.process import run_child
+signal.signal(signal.SIGINT, signal.default_int_handler)
 run_child([sys.executable, "-c", {program!r}], where="trial", folder=Path({str(tmp_path)!r}), timeout=600.0)
 """
     parent = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.DEVNULL)
