@@ -26,8 +26,6 @@ GRID = 0.2
 # Of an edge's step: in clean pictures of every scene, 64 x 64, by box, tent and Gaussian, 0.146 at most. With fewer
 # samples than these it may be half of it. A shadow's edge may move by a reasonable epsilon as well: see leeway.py.
 EDGE, ENOUGH = 0.19, 16
-# Of the mean of random samples less, RANDOM_EDGE, as their noise allows for the rest: in 3,780 clean pictures of the
-# tuning split 0.05 gave 47 false alarms, all at 64 samples or more.
 # Of a pixel's footprint: where less of it is unlike its centre, no edge is within a quarter of a pixel of the centre. A
 # rasteriser's grid of 1/16 pixel moves an edge by a thirty-second, but a thin wire that is gone by half its width.
 SIDE = 0.25

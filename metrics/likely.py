@@ -109,6 +109,11 @@ def likely(
             yield replace(fault, at=None)
 
 
+def _trust(off: Floats) -> Floats:
+    """Huber's weights (n,) of deviations ``off`` (n,): 1.345 standard deviations, told by the median, count in full."""
+    return np.minimum(1.0, 1.345 * 1.4826 * float(np.median(off)) / np.maximum(off, 1e-12))
+
+
 def _jointly(fault: Model, base: tuple[Model, ...], change: Floats, scale: Floats, preview: Preview) -> Model:
     """``fault`` along all of its axes at once, at the strengths whose quick picture is nearest to ``change``.
 
@@ -140,8 +145,7 @@ def _regression(columns: Floats, values: Floats) -> Floats:
     for _ in range(4):
         root = np.sqrt(trust)
         found = np.linalg.lstsq(columns * root[:, None], values * root, rcond=None)[0]
-        off = np.abs(values - columns @ found)
-        trust = np.minimum(1.0, 1.345 * 1.4826 * float(np.median(off)) / np.maximum(off, 1e-12))
+        trust = _trust(np.abs(values - columns @ found))
         if not trust.any():  # most of it fits to the last bit
             break
     return found
@@ -174,8 +178,7 @@ def fitting_size(change: Floats, own: Floats, scale: Floats, step: int = 1) -> f
     trust, factor = np.ones_like(b), 1.0
     for _ in range(4):
         factor = float((trust * a * b).sum() / (trust * b * b).sum())
-        off = np.abs(a - factor * b)
-        trust = np.minimum(1.0, 1.345 * 1.4826 * float(np.median(off)) / np.maximum(off, 1e-12))
+        trust = _trust(np.abs(a - factor * b))
         if not trust.any():  # most of it fits to the last bit
             break
     return factor

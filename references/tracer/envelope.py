@@ -234,8 +234,7 @@ def trace_envelope(
 def trace_changes(scene: Scene, options: Options, base: Envelope, also: Bools | None = None) -> Envelope:
     """The envelope of ``scene`` where the centre of a pixel within AROUND differs from that of ``base``; else ``base``.
 
-    What is traced is to the last bit what ``trace_envelope`` gives, the rest up to SAME; bounds just beside it may be
-    those of ``base``. What a change of a scene does
+    What is traced is to the last bit what ``trace_envelope`` gives, the rest up to SAME. What a change of a scene does
     only between the centres of pixels, farther than AROUND from any centre that it changes, is seen only at the pixels
     ``also`` (h, w).
     """
@@ -284,7 +283,8 @@ def _footprints(
 ) -> Envelope:
     """The envelope of the pixels ``at`` (h, w), whose ``centre``s are traced already; elsewhere it says nothing."""
     fine = _Buffers(scene.height, scene.width)
-    known = at if at.all() else _around(at, 1)  # their neighbours tell what lies between
+    # for a bound their neighbours tell what lies between
+    known = _around(at, 1) if most > refine * refine and not at.all() else at
     _pass(flat, scene, options, np.flatnonzero(known), fine, grid=grid, threads=threads)
     if refine > grid:
         _refine(flat, scene, options, centre, fine, at, known, grid=grid, refine=refine, most=most, threads=threads)

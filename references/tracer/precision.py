@@ -15,7 +15,9 @@ Bools = npt.NDArray[np.bool_]
 
 RELATIVE = 0.004  # the default tolerance of a verdict
 ABSOLUTE = 5e-4  # of the brightest value of the picture
-RANDOM_EDGE = 0.1  # of an edge's step: the least that a verdict admits there, see metrics/admissible.py
+# Of an edge's step: the least that a verdict admits there, of the mean of random samples, as their noise allows for the
+# rest. In 3,780 clean pictures of the tuning split 0.05 gave 47 false alarms, all at 64 samples or more.
+RANDOM_EDGE = 0.1
 QUARTER = 0.25  # of the tolerance: what a prediction may be off by
 BENT = 1.25  # of an even slope: how much more a pixel's neighbour may change before it is a step
 # Of a step, over the number of samples: what a lattice misjudges of a part of the pixel, a corner that no sample sees
