@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from notabug.adapters.base import Quality
+from notabug.adapters.process import failure
 from notabug.scenes_usd.scene import Floats
 
 _STEP = 0.25  # of the lights, from one picture to the next while values clip
@@ -14,11 +16,16 @@ _DIM = 1.0 / 16.0  # a picture below this is rendered again, brighter
 LEAST_GAIN = 4.0**-12
 
 
-def bracketed(shoot: Callable[[float], Floats], too_bright: Callable[[float], Exception]) -> Floats:
+def subsamples_along(quality: Quality) -> int:
+    """Subsamples along a pixel's side, for a renderer that averages a regular grid of them."""
+    return max(1, round(math.sqrt(quality.samples)))
+
+
+def bracketed(shoot: Callable[[float], Floats], log: Callable[[], str], where: str) -> Floats:
     """The picture as if the gain of the lights were 1 and the format had no end.
 
-    ``shoot`` draws with a gain and gives values in 0..1, 1 where they clip. ``too_bright`` makes the error for a
-    picture that clips even at the least gain, from one over that gain.
+    ``shoot`` draws with a gain and gives values in 0..1, 1 where they clip. Raises RendererError, in the name of the
+    adapter ``where`` and with its last ``log``, for a picture that clips even at the least gain.
     """
     gain = 1.0
     pixels = shoot(gain)
@@ -30,7 +37,12 @@ def bracketed(shoot: Callable[[float], Floats], too_bright: Callable[[float], Ex
     while clipped.any():
         gain *= _STEP
         if gain < LEAST_GAIN:
-            raise too_bright(1.0 / gain)
+            raise failure(
+                f"pixels brighter than {1.0 / gain:.0f} everywhere the lights are dimmed",
+                where=where,
+                log=log(),
+                do="is a light on a surface?",
+            )
         dimmed = shoot(gain)
         pixels = np.where(clipped, dimmed / gain, pixels)
         clipped &= dimmed >= 1.0

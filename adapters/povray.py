@@ -11,7 +11,6 @@ takes 0.65 s of which it computes 0.02 s: the program sleeps.
 
 from __future__ import annotations
 
-import math
 import re
 import shutil
 import subprocess
@@ -23,8 +22,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from notabug.adapters.base import Declaration, Found, Quality, Render, RendererError, RendererMissingError
-from notabug.adapters.bracketing import bracketed
+from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError
+from notabug.adapters.bracketing import bracketed, subsamples_along
 from notabug.adapters.job_folder import job_folder, picture_path
 from notabug.adapters.povray_scene import (
     MAX_TRACE_LEVEL,
@@ -77,7 +76,7 @@ class PovRay:
     install: str = "apt install povray"
 
     def declaration(self, quality: Quality) -> Declaration:
-        point = _side(quality) == 1
+        point = subsamples_along(quality) == 1
         return Declaration(
             precision="float64",
             hit_error=HIT_ERROR,
@@ -86,7 +85,7 @@ class PovRay:
             quantum=1.0 / 65535.0,
             relative_quantum=False,
             noisy=False,
-            samples=_side(quality) ** 2,
+            samples=subsamples_along(quality) ** 2,
             ngon_split="02",
             silhouette="flip",
             coincident="unknown",
@@ -134,7 +133,7 @@ class PovRay:
             else:
                 pixels = shots.bracketed()
             write_exr(image, pixels, metadata={"Software": "POV-Ray", "notabug:gains": shots.gains})
-        samples = _side(quality) ** 2
+        samples = subsamples_along(quality) ** 2
         last = shots.ended[-1]
         seconds = sum(each.seconds for each in shots.ended)
         return (Render(image, seed, samples, seconds, last.command, last.log),)
@@ -151,11 +150,6 @@ class PovRay:
         return f"install POV-Ray 3.7 ({self.install}) or set renderers.{self.name}.command"
 
 
-def _side(quality: Quality) -> int:
-    """Subsamples along a pixel's side."""
-    return max(1, round(math.sqrt(quality.samples)))
-
-
 class _Shots:
     """The pictures of one job: the same scene under lights of different gain."""
 
@@ -169,18 +163,10 @@ class _Shots:
 
     def bracketed(self, channel: int | None = None) -> npt.NDArray[np.float64]:
         """The picture (h, w, 3) with nothing clipped, as if every gain were 1; (h, w, 1) of one ``channel``."""
-        side = _side(self.quality)
-        pixels = bracketed(partial(self._shoot, channel=channel), self._too_bright)
+        side = subsamples_along(self.quality)
+        pixels = bracketed(partial(self._shoot, channel=channel), lambda: self.ended[-1].log, self.adapter.name)
         height, width = self.scene.height, self.scene.width
         return np.asarray(pixels.reshape(height, side, width, side, -1).mean(axis=(1, 3)))
-
-    def _too_bright(self, least: float) -> RendererError:
-        return failure(
-            f"pixels brighter than {least:.0f} everywhere the lights are dimmed",
-            where=self.adapter.name,
-            log=self.ended[-1].log,
-            do="is a light on a surface?",
-        )
 
     def _shoot(self, gain: float, channel: int | None) -> npt.NDArray[np.float64]:
         """One run of POV-Ray; (h * side, w * side, 3 or 1) values in 0..1, 1 where they clip."""
@@ -190,7 +176,7 @@ class _Shots:
         ini.touch()
         told = scene_text(self.scene, gain=gain, shadows=self.adapter.shadows, images=self.images, channel=channel)
         text.write_text(self.adapter.edit(told), "ascii")
-        side = _side(self.quality)
+        side = subsamples_along(self.quality)
         width, height = self.scene.width * side, self.scene.height * side
         command = [self.program, f"+I{text.name}", f"+O{picture.name}", f"+W{width}", f"+H{height}", *_OPTIONS]
         if self.quality.threads:

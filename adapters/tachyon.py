@@ -14,7 +14,6 @@ met here, so that its pictures can be judged at all; each was measured, and ``do
 
 from __future__ import annotations
 
-import math
 import re
 import shutil
 import tempfile
@@ -31,11 +30,10 @@ from notabug.adapters.base import (
     Found,
     Quality,
     Render,
-    RendererError,
     RendererMissingError,
     UnsupportedError,
 )
-from notabug.adapters.bracketing import bracketed
+from notabug.adapters.bracketing import bracketed, subsamples_along
 from notabug.adapters.job_folder import job_folder, picture_path
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.adapters.registry import register
@@ -77,7 +75,7 @@ class Tachyon:
     install: str = "apt install tachyon-bin-nox"
 
     def declaration(self, quality: Quality) -> Declaration:
-        point = _side(quality) == 1
+        point = subsamples_along(quality) == 1
         return Declaration(
             precision="float64",
             hit_error=HIT_ERROR,
@@ -86,7 +84,7 @@ class Tachyon:
             quantum=1.0 / 65535.0,
             relative_quantum=False,
             noisy=False,
-            samples=_side(quality) ** 2,
+            samples=subsamples_along(quality) ** 2,
             ngon_split="02",
             silhouette="keep",
             coincident="unknown",
@@ -113,8 +111,8 @@ class Tachyon:
         image = picture_path(out, self.name, seed)
         with job_folder(out, self.name, keep=self.keep_jobs) as folder:
             shots = _Shots(self, self._program(), scene, folder, quality)
-            pixels = bracketed(shots.shoot, shots.too_bright)
-        side = _side(quality)
+            pixels = bracketed(shots.shoot, lambda: shots.ended[-1].log, self.name)
+        side = subsamples_along(quality)
         averaged = pixels.reshape(scene.height, side, scene.width, side, 3).mean(axis=(1, 3))
         write_exr(image, averaged, metadata={"Software": "Tachyon", "notabug:gains": shots.gains})
         last, seconds = shots.ended[-1], sum(ended.seconds for ended in shots.ended)
@@ -166,11 +164,6 @@ def _lobes(scene: Scene) -> set[str]:
     return {material.lobe for material in materials if any(material.specular)}
 
 
-def _side(quality: Quality) -> int:
-    """Subsamples along a pixel's side."""
-    return max(1, round(math.sqrt(quality.samples)))
-
-
 class _Shots:
     """The pictures of one job: the same scene under lights of different gain."""
 
@@ -184,17 +177,9 @@ class _Shots:
         if any(scene.materials[shape.material].opacity < 1.0 for shape in scene.objects):
             self.options.append("-trans_vmd")  # else a surface's own light is not multiplied by its opacity
 
-    def too_bright(self, least: float) -> RendererError:
-        return failure(
-            f"pixels brighter than {least:.0f} everywhere the lights are dimmed",
-            where=self.adapter.name,
-            log=self.ended[-1].log,
-            do="is a light on a surface?",
-        )
-
     def shoot(self, gain: float) -> Floats:
         """One run of Tachyon; (h * side, w * side, 3) values in 0..1, 1 where they clip."""
-        number, side = len(self.ended), _side(self.quality)
+        number, side = len(self.ended), subsamples_along(self.quality)
         width, height = 2 * side * self.scene.width, 2 * side * self.scene.height
         text, picture = self.folder / f"shot{number}.dat", self.folder / f"shot{number}.ppm"
         told = scene_text(self.scene, width, height, gain=gain, attenuation=self.adapter.attenuation)
