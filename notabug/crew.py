@@ -198,7 +198,8 @@ def prepare(*more: str) -> str:
     from multiprocessing import forkserver
 
     forkserver.set_forkserver_preload([_NEEDED, *more])
-    _own_temporary_folder()
+    if not _own_temporary_folder():
+        return "spawn"  # whose processes are reached by pipes, which have no path
     with suppress(CacheError):  # where a temporary cache is needed all processes share one; who uses it tells the error
         cache_root()
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
@@ -216,27 +217,35 @@ def prepare(*more: str) -> str:
 
 _LONGEST = 85  # bytes of a folder's path that leave room for "/listener-" and eight letters: macOS allows 104
 _SOCKETS = "notabug-crew-"  # and a process's number: the temporary folder of its sockets
+_SHORT = ("/tmp", "/var/tmp")  # temporary folders for where TMPDIR is too long for a socket
 
 
-def _own_temporary_folder() -> None:
+def _own_temporary_folder() -> bool:
     """Have multiprocessing keep its sockets in a folder that tells whose it is, and remove those of the dead.
 
-    A process that is killed cannot remove its own.
+    A process that is killed cannot remove its own. False where no folder has a path that is short enough.
     """
     configuration = getattr(multiprocessing.current_process(), "_config", {})
     if configuration.get("tempdir") is not None:
-        return
-    with suppress(OSError):
-        for path in Path(tempfile.gettempdir()).glob(f"{_SOCKETS}*"):
-            number = path.name.removeprefix(_SOCKETS).partition("-")[0]
-            if number.isdecimal() and not psutil.pid_exists(int(number)) and path.stat().st_uid == os.geteuid():
-                remove(path)
-        folder = tempfile.mkdtemp(prefix=f"{_SOCKETS}{os.getpid()}-")
-        if len(os.fsencode(folder)) > _LONGEST:  # the name that multiprocessing would give is shorter
-            remove(Path(folder))
-            return
-        configuration["tempdir"] = folder
-        atexit.register(_remove_own, Path(folder), os.getpid())
+        return len(os.fsencode(configuration["tempdir"])) <= _LONGEST
+    for place in dict.fromkeys((tempfile.gettempdir(), os.environ.get("XDG_RUNTIME_DIR") or "/tmp", *_SHORT)):
+        with suppress(OSError):
+            _remove_sockets_of_the_dead(Path(place))
+            folder = tempfile.mkdtemp(prefix=f"{_SOCKETS}{os.getpid()}-", dir=place)
+            if len(os.fsencode(folder)) > _LONGEST:
+                remove(Path(folder))
+                continue
+            configuration["tempdir"] = folder
+            atexit.register(_remove_own, Path(folder), os.getpid())
+            return True
+    return False
+
+
+def _remove_sockets_of_the_dead(place: Path) -> None:
+    for path in place.glob(f"{_SOCKETS}*"):
+        number = path.name.removeprefix(_SOCKETS).partition("-")[0]
+        if number.isdecimal() and not psutil.pid_exists(int(number)) and path.stat().st_uid == os.geteuid():
+            remove(path)
 
 
 def _remove_own(folder: Path, process: int) -> None:

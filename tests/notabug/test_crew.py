@@ -120,13 +120,15 @@ def test_folders_of_the_dead_are_removed_and_long_names_left_alone(
     monkeypatch.setattr(multiprocessing.current_process(), "_config", configuration)
     monkeypatch.setattr(atexit, "register", lambda *_: None)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr(crew_module, "_SHORT", ())
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     monkeypatch.setattr(crew_module, "_LONGEST", 1)
-    crew_module._own_temporary_folder()
+    assert not crew_module._own_temporary_folder()
     assert "tempdir" not in configuration
     names = {f"notabug-crew-{os.getpid()}-x", "notabug-crew-me", "mine"}
     assert {each.name for each in tmp_path.iterdir()} == names
     monkeypatch.setattr(crew_module, "_LONGEST", 1000)
-    crew_module._own_temporary_folder()
+    assert crew_module._own_temporary_folder()
     made = Path(configuration["tempdir"])
     assert made.is_dir()
     assert made.parent == tmp_path
@@ -134,6 +136,25 @@ def test_folders_of_the_dead_are_removed_and_long_names_left_alone(
     assert made.is_dir()
     crew_module._remove_own(made, os.getpid())
     assert not made.exists()
+
+
+@pytest.mark.parametrize(("short", "method"), [("('/tmp',)", "forkserver"), ("()", "spawn")])
+def test_a_temporary_folder_with_a_path_too_long_for_a_socket(tmp_path: Path, short: str, method: str) -> None:
+    long = tmp_path / ("long" * 40)
+    long.mkdir()
+    code = (
+        "from notabug import crew\n"
+        f"crew._SHORT = {short}\n"
+        "if __name__ == '__main__':\n"
+        "    with crew.Processes(2, 1) as jobs:\n"
+        "        print(crew.prepare(), sorted(jobs.each(eval, ['1 + 1', '3'])))\n"
+    )
+    program = tmp_path / "program.py"
+    program.write_text(code)
+    environment = {**os.environ, "TMPDIR": str(long), "XDG_RUNTIME_DIR": str(long)}
+    ended = subprocess.run([sys.executable, program], env=environment, capture_output=True, text=True)
+    assert ended.stdout == f"{method} [(0, 2), (1, 3)]\n", ended.stderr
+    assert list(long.iterdir()) == []
 
 
 def test_what_is_worth_a_process() -> None:
