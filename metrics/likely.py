@@ -7,7 +7,7 @@ are taken at the strength that fits.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +28,8 @@ LEAST_ALIKE, FEW = 0.1, 2  # and below which it is not even where fewer faults t
 EQUAL = 0.9  # of the changes: two quick pictures that share so much are of one fault
 CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight would decide
 
-JOINT_STEPS = (4, 4, 1, 1, 1)  # pixels a block, at each step towards the strengths along several axes
+JOINT_STEPS = (8, 4, 2, 1)  # pixels a block, one after the other, on the way to the strengths along several axes
+JOINT_TURNS = 4  # steps at each of them, while they bring the picture nearer
 JOINT_LEAST, JOINT_MOST = 0.01, 20.0  # times the fault's own strength: what counts along an axis, and what is possible
 
 RARE = frozenset({"geometry_mirrored", "cracks"})
@@ -63,50 +64,97 @@ def likely(
         return float(a[other != 0].sum() / max(float(a.sum()), 1e-30))
 
     def equal(change: Floats, own: Floats) -> float:
-        a, b = (np.clip(each / scale, -CLIP, CLIP) * at for each in (change, own))
-        return 1.0 - float(np.abs(a - b).sum()) / max(float(np.abs(a).sum()), 1e-30)
+        """The share of what is changed that ``own`` says right: of each value the share of its size."""
+        size = np.minimum(np.abs(change) / scale, CLIP) * at
+        off = np.minimum(np.abs(change - own) / np.maximum(np.abs(change), scale), 1.0)
+        beside = np.minimum(np.abs(own) / scale, CLIP) * at * (np.abs(change) <= scale)
+        return 1.0 - float((size * off + beside).sum()) / max(float(size.sum()), 1e-30)
 
     def scored(fault: Model, change: Floats, own: Floats) -> float:
         local = fault.local or fault.rule != "choice"
         score = max(compared(change, own, local, step) for step in STEPS)
-        if not local and fault.at is None and equal(change, own) > EQUAL:
+        if fault.rule == "choice" and fault.at is None and equal(change, own) > EQUAL:
             score += 1.0  # of one strength: what is not only alike but the same comes first
         # under "any" what it shows may be anything, where it acts
         return max(score, covered(change, own)) if fault.rule == "any" else score
 
-    ranked = []
+    ranked: list[_Ranked] = []
+    families: dict[object, list[list[_Ranked]]] = {}
     wrong = found.significance.pixels
     placed = (each if each.placed is None else each.placed(wrong) for each in faults)
     for index, fault in enumerate(each for each in placed if each is not None):
-        tried = [
-            (scored(fault, change, preview((*base, fault)) - preview(base)), -place, base, change)
-            for place, (base, change) in enumerate(starts)
-        ]
-        score, _, base, change = max(tried, key=lambda each: each[:2])
-        if score > LEAST_ALIKE:
-            ranked.append((-score, fault.name in RARE, index, fault, base, change))
-    ranked.sort(key=lambda each: (round(each[0], 2), *each[1:3]))
-    joined: list[object] = []
-    alike = sum(-each[0] > ALIKE for each in ranked)
-    for _, _, _, fault, base, change in ranked[: min(LIKELY, max(alike, FEW))]:
-        if fault.at is None:
-            yield fault
-            continue
-        best, strength = fault, fault.strength
-        own = preview((*base, fault)) - preview(base)
-        for step in (*STEPS, 1):
-            size = fitting_size(change * at, own * at, scale, step)
-            if size is None:
-                break
-            strength = _sane(fault.neutral + (strength - fault.neutral) * size, fault)
-            best = replace(fault.at(strength), at=fault.at, strength=strength, neutral=fault.neutral)
-            own = preview((*base, best)) - preview(base)
-        yield best
-        if fault.jointly is not None and fault.jointly not in joined:
-            joined.append(fault.jointly)
-            yield _jointly(fault, base, change * at, scale, preview)
-        if best.strength != fault.strength:  # a limitation beside the fault can mislead the fit
-            yield replace(fault, at=None)
+        tried = []
+        for base, change in starts:
+            own = preview((*base, fault)) - preview(base)
+            tried.append(_Ranked(scored(fault, change, own), index, fault, base, change, own))
+        if fault.jointly is None:
+            ranked.append(max(tried, key=lambda each: each.score))
+        else:
+            families.setdefault(fault.jointly, []).append(tried)
+    for axes in families.values():  # several axes at once are one fault: the likeliest axis stands for all of them
+        best = []
+        for tried in zip(*axes, strict=True):
+            together = _together([each.own for each in tried], tried[0].change, at / scale)
+            score = max(compared(tried[0].change, together, False, step) for step in STEPS)
+            best.append(replace(max(tried, key=lambda each: each.score), together=score))
+        ranked.append(max(best, key=lambda each: each.together))
+    ranked = sorted((each for each in ranked if max(each.score, each.together) > LEAST_ALIKE), key=_Ranked.place)
+    alike = sum(max(each.score, each.together) > ALIKE for each in ranked)
+    for each in sorted(ranked[: min(LIKELY, max(alike, FEW))], key=_Ranked.turn):
+        yield from _strengths(each, at, scale, preview)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ranked:
+    """A fault, how much it looks like the picture on ``base``, what the picture changes there, and what it does."""
+
+    score: float
+    index: int
+    fault: Model
+    base: tuple[Model, ...]
+    change: Floats
+    own: Floats
+    together: float = 0.0
+    """The score of all axes of a fault that has several, which may be off along each."""
+
+    def place(self) -> tuple[float, bool, int]:
+        """What is less is likelier."""
+        return (-round(max(self.score, self.together), 2), *self.turn()[1:])
+
+    def turn(self) -> tuple[float, bool, int]:
+        """What is less is tried earlier: of the likely ones those that need one axis only."""
+        return (-round(self.score, 2), self.fault.name in RARE, self.index)
+
+
+def _strengths(ranked: _Ranked, at: npt.NDArray[np.bool_], scale: Floats, preview: Preview) -> Iterator[Model]:
+    """The fault at the strength that fits where it looks (h, w, 1), along several axes at once, and as it was."""
+    fault, base, change, own = ranked.fault, ranked.base, ranked.change, ranked.own
+    if fault.at is None:
+        yield fault
+        return
+    best, strength = fault, fault.strength
+    for step in (*STEPS, 1):
+        size = fitting_size(change * at, own * at, scale, step)
+        if size is None:
+            break
+        strength = _sane(fault.neutral + (strength - fault.neutral) * size, fault)
+        best = replace(fault.at(strength), at=fault.at, strength=strength, neutral=fault.neutral)
+        own = preview((*base, best)) - preview(base)
+    yield best
+    if fault.jointly is not None:
+        joint = _jointly(fault, base, change, np.where(at, scale, np.inf), preview)
+        if joint.axes > 1:
+            yield joint
+    if best.strength != fault.strength:  # a limitation beside the fault can mislead the fit
+        yield replace(fault, at=None)
+
+
+def _together(moves: Sequence[Floats], change: Floats, weight: Floats) -> Floats:
+    """The sum of ``moves`` (h, w, 3), each times a factor, that is nearest to ``change``; pixels have a ``weight``."""
+    weight = np.minimum(weight, CLIP / np.maximum(np.abs(change), 1e-30))
+    columns = np.stack([(move * weight).ravel() for move in moves], axis=1)
+    factors = np.linalg.lstsq(columns.T @ columns, columns.T @ (change * weight).ravel(), rcond=None)[0]
+    return np.asarray(np.tensordot(factors, np.stack(moves), axes=1))
 
 
 def _trust(off: Floats) -> Floats:
@@ -117,21 +165,28 @@ def _trust(off: Floats) -> Floats:
 def _jointly(fault: Model, base: tuple[Model, ...], change: Floats, scale: Floats, preview: Preview) -> Model:
     """``fault`` along all of its axes at once, at the strengths whose quick picture is nearest to ``change``.
 
-    Gauss and Newton's steps, on means over blocks first, which a large step does not leave.
+    A ``scale`` without end is that of pixels which do not count.
+
+    Gauss and Newton's steps, on means over large blocks first, which a large step does not leave; derivatives are taken
+    once for each size of block.
     """
     assert fault.jointly is not None
     start, unit = preview(base), np.eye(fault.axes) * fault.strength
-    strengths = np.zeros(fault.axes)
+    strengths, here, most = np.zeros(fault.axes), np.zeros_like(change), JOINT_MOST * fault.strength
     for step in JOINT_STEPS:
-        here = preview((*base, fault.jointly(strengths))) - start
         moves = [preview((*base, fault.jointly(strengths + each))) - start - here for each in unit]
-        weight = 1.0 / np.maximum(scale, np.abs(change - here) / CLIP)
-        columns = np.stack([coarse(move * weight, step).ravel() for move in moves], axis=1)
-        found = _regression(columns, coarse((change - here) * weight, step).ravel())
-        most = JOINT_MOST * fault.strength
-        strengths = np.clip(strengths + found * fault.strength, -most, most)
+        for _ in range(JOINT_TURNS):
+            weight = 1.0 / np.maximum(scale, np.abs(change - here) / CLIP)
+            columns = np.stack([coarse(move * weight, step).ravel() for move in moves], axis=1)
+            left = coarse((change - here) * weight, step).ravel()
+            further = np.clip(strengths + _regression(columns, left) * fault.strength, -most, most)
+            there = preview((*base, fault.jointly(further))) - start
+            if np.abs(left).sum() <= np.abs(coarse((change - there) * weight, step)).sum():
+                break
+            strengths, here = further, there
     rounded = np.array([float(f"{strength:.3g}") for strength in strengths])
-    return fault.jointly(np.where(np.abs(rounded) < JOINT_LEAST * fault.strength, 0.0, rounded))
+    rounded[np.abs(rounded) < JOINT_LEAST * fault.strength] = 0.0
+    return replace(fault.jointly(rounded), axes=int(np.count_nonzero(rounded)))
 
 
 def _regression(columns: Floats, values: Floats) -> Floats:

@@ -14,8 +14,8 @@ NOTHING = 0.02  # what a name leaves where two renderers see different surfaces 
 EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may leave which no fault need be tried after
 WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
 NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
-LADEN = 1.1  # of two names that leave nothing, by how much a limitation more must lower the misfit
-BETTER = 0.97  # of two names the one tried first stays unless the other's misfit is smaller by this factor
+LADEN = 1.1  # of two names that leave nothing, by how much a limitation more, or an axis, must lower the misfit
+BETTER = 0.97  # of two names the one tried first stays unless the other's misfit, or else glance, is smaller by this
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +27,7 @@ class Name:
     ``numbers`` are those of the verdict that the name knows better than a fit of the whole picture: a shift, a gain.
     ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
     fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
-    One that may show ``anything`` is told where no other is left.
+    One that may show ``anything`` is told where no other is left. Its strength was fitted along ``axes``.
     """
 
     name: str
@@ -40,11 +40,17 @@ class Name:
     whole: bool = False
     glance: float = math.inf
     numbers: Mapping[str, float] = field(default_factory=dict)
+    axes: int = 1
 
     @property
     def laden(self) -> int:
         """How many limitations and conventions are needed beside the name."""
         return 0 if self.fitted is None else sum(bool(each.any()) for each in self.fitted.alphas.values())
+
+    @property
+    def burden(self) -> int:
+        """``laden``, and every axis after the first."""
+        return self.laden + max(0, self.axes - 1)
 
     def over(self, exact: float) -> bool:
         """Whether it leaves no bug leg, and no more misfit than ``exact``."""
@@ -65,14 +71,15 @@ UNNAMED = Name("unexplained", "no model of a fault leaves this picture", 1.0)
 def best_of(best: Name | None, names: Iterable[Name], exact: float, *, noisy: bool) -> Name | None:
     """The best of ``names`` and the ``best`` so far; those after one that leaves ``exact``ly nothing are not tried."""
     for each in names:
-        if each.remains < REMAINS and (best is None or better(each, best, noisy=noisy)):
+        if each.remains < REMAINS and (best is None or better(each, best, exact, noisy=noisy)):
             best = each
             if best.over(exact):
                 break
     return best
 
 
-def better(each: Name, best: Name, *, noisy: bool) -> bool:
+def better(each: Name, best: Name, exact: float, *, noisy: bool) -> bool:
+    """Whether ``each`` is better than ``best``; misfits of noisy pictures that are as near as ``exact`` are alike."""
     if each.anything != best.anything:  # what may show anything always fits: whatever else leaves nothing says more
         fixed = best if each.anything else each
         return (fixed is each) == (fixed.remains <= NOTHING)
@@ -86,10 +93,14 @@ def better(each: Name, best: Name, *, noisy: bool) -> bool:
             return fixed is each
     if each.freedom and best.freedom:
         return _excuses(each) < _excuses(best)
-    if each.laden != best.laden and max(each.remains, best.remains) <= NOTHING:
-        # a misfit below EXACT leaves nothing to be explained: there the fewest limitations decide
-        burden = LADEN ** (each.laden - best.laden)
-        return max(each.misfit, EXACT) * burden < BETTER * max(best.misfit, EXACT)
+    if max(each.remains, best.remains) <= NOTHING:
+        if each.burden != best.burden:
+            # a misfit below EXACT leaves nothing to be explained: there the fewest limitations and axes decide
+            burden = LADEN ** (each.burden - best.burden)
+            return max(each.misfit, EXACT) * burden < BETTER * max(best.misfit, EXACT)
+        alike = exact if noisy else 0.0
+        if abs(each.misfit - best.misfit) < max(alike, (1.0 - BETTER) * best.misfit):
+            return each.glance < BETTER * best.glance
     return each.misfit < BETTER * best.misfit
 
 

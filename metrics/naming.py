@@ -256,6 +256,10 @@ def _fitted(bug: _Bug, fault: Model) -> Iterator[Name]:
         yield Name(fault.name, fault.claim, remains, bug.misfit(patched) * FREE + CHOICE)
     if closer.strength != fault.strength:
         yield from _fitted(bug, replace(closer, at=None))
+    if fault.placed is not None and NOTHING < _remains(bug, nearest) < HOPE:  # behind what is missing more may be
+        more = fault.placed(nearest.significance.pixels)
+        if more is not None:
+            yield from _fitted(bug, more)
 
 
 def _grown(bug: _Bug, fault: Model, nearest: Explanation) -> Iterator[Name]:
@@ -288,7 +292,8 @@ def _named(bug: _Bug, fault: Model, fitted: Explanation) -> Name:
     off = bug.misfit(fitted.target)
     numbers = {"gain": fault.strength} if fault.name == "light_gain" else {}
     if fault.rule == "choice":
-        return Name(fault.name, fault.claim, _remains(bug, fitted), off, fitted, numbers=numbers)
+        axes = 1 if fault.jointly else fault.axes  # a model of one axis tells how many there are
+        return Name(fault.name, fault.claim, _remains(bug, fitted), off, fitted, numbers=numbers, axes=axes)
     free = (fitted.freedom, fault.rule == "any")
     return Name(fault.name, fault.claim, _remains(bug, fitted), off * FREE + CHOICE, fitted, *free)
 

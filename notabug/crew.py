@@ -217,7 +217,7 @@ def prepare(*more: str) -> str:
 
 _LONGEST = 85  # bytes of a folder's path that leave room for "/listener-" and eight letters: macOS allows 104
 _SOCKETS = "notabug-crew-"  # and a process's number: the temporary folder of its sockets
-_SHORT = ("/tmp", "/var/tmp")  # temporary folders for where TMPDIR is too long for a socket
+_SHORT = ("/tmp", "/var/tmp")  # noqa: S108 (mkdtemp makes a folder in it) for where TMPDIR is too long for a socket
 
 
 def _own_temporary_folder() -> bool:
@@ -228,7 +228,9 @@ def _own_temporary_folder() -> bool:
     configuration = getattr(multiprocessing.current_process(), "_config", {})
     if configuration.get("tempdir") is not None:
         return len(os.fsencode(configuration["tempdir"])) <= _LONGEST
-    for place in dict.fromkeys((tempfile.gettempdir(), os.environ.get("XDG_RUNTIME_DIR") or "/tmp", *_SHORT)):
+    for place in dict.fromkeys((tempfile.gettempdir(), os.environ.get("XDG_RUNTIME_DIR", ""), *_SHORT)):
+        if not place:
+            continue
         with suppress(OSError):
             _remove_sockets_of_the_dead(Path(place))
             folder = tempfile.mkdtemp(prefix=f"{_SOCKETS}{os.getpid()}-", dir=place)

@@ -14,6 +14,8 @@ from notabug.scenes_usd.triangulate import split_ngons, triangulate
 
 Bools = npt.NDArray[np.bool_]
 Ints = npt.NDArray[np.int64]
+Gone = dict[int, frozenset[int]]
+"""Numbers of triangles that are missing, by the number of their object."""
 
 _WATERTIGHT = "Woop, Benthin and Wald 2013, Watertight ray/triangle intersection; OpenGL specification: fill rules"
 _STAGE = "UsdGeomMesh: faceVertexIndices"
@@ -128,22 +130,29 @@ def projected(scene: Scene, points: Floats) -> tuple[Floats, Floats]:
     return np.stack([(across + 1.0) * 0.5 * scene.width, (1.0 - up) * 0.5 * scene.height], axis=-1), depth
 
 
-def missing(scene: Scene, wrong: Bools) -> Model | None:
-    """The fault of the triangles that lie where the picture is ``wrong`` (h, w); None where there are none, or many."""
+def missing(scene: Scene, wrong: Bools, known: Gone | None = None) -> Model | None:
+    """The fault of the triangles that lie where the picture is ``wrong`` (h, w); None where there are none, or many.
+
+    ``known`` are triangles that are missing anyway: then ``wrong`` is where the picture differs from one without them.
+    """
     from notabug.references.predict import predict  # which itself knows of models
 
+    known = known or {}
     found: list[tuple[float, int, int, int, Ints]] = []
     total = 0
-    seen = predict(scene).ids  # in a shadow, which may be as dark as what is behind, it is another one
+    # what is seen tells of a shadow, which may be as dark as what is behind a missing triangle, that it is another one
+    seen = predict(_without(known)(scene) if known else scene).ids
     for index, mesh in enumerate(scene.objects):
         if isinstance(mesh, Mesh) and len(mesh.counts):
             found += [
-                (depth, index, face, what, at) for depth, face, what, at in _wrong_triangles(scene, mesh, wrong, seen)
+                (depth, index, face, what, at)
+                for depth, face, what, at in _wrong_triangles(scene, mesh, wrong, seen)
+                if face not in known.get(index, ())
             ]
             total += int((mesh.counts - 2).sum())
     taken = np.zeros(wrong.shape, np.bool_)
-    gone: dict[int, set[int]] = {}
-    count = 0
+    gone = {index: set(triangles) for index, triangles in known.items()}
+    before = count = sum(len(triangles) for triangles in gone.values())
     shown: dict[int, dict[int, int]] = {}  # at an object's silhouette what is behind it is seen: whose is what is seen
     for _, index, _, what, places in found:
         by = shown.setdefault(what, {})
@@ -154,16 +163,18 @@ def missing(scene: Scene, wrong: Bools) -> Model | None:
             taken[y, x] = True
             gone.setdefault(index, set()).add(triangle)
             count += 1
-    if not count or count > max(2.0, MOST_MISSING * total):
+    if count == before or count > max(2.0, MOST_MISSING * total):
         return None
     paths = ", ".join(scene.objects[index].path for index in gone)
     said = "a triangle" if count == 1 else f"{count} triangles"
+    every = {index: frozenset(each) for index, each in gone.items()}
     return Model(
         name="face_missing",
         kind="fault",
         claim=f"{said} of {paths} {'is' if count == 1 else 'are'} missing",
         cites=_STAGE,
-        edit=_without({index: frozenset(each) for index, each in gone.items()}),
+        edit=_without(every),
+        placed=lambda left: missing(scene, left, every),
     )
 
 
@@ -238,7 +249,7 @@ def _covered(scene: Scene, triangle: Floats) -> tuple[Ints, Ints]:
     return column[met].astype(np.int64), row[met].astype(np.int64)
 
 
-def _without(gone: dict[int, frozenset[int]]) -> Edit:
+def _without(gone: Gone) -> Edit:
     """Objects without the triangles of those numbers; a quad that loses one keeps the other."""
 
     def edit(scene: Scene) -> Scene:

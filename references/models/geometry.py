@@ -14,6 +14,15 @@ _NORMALS = "Turkowski 1990, Transformations of Surface Normal Vectors; UsdGeomMe
 _STAGE = "UsdGeomXformable, UsdShadeMaterialBindingAPI"
 
 
+_EXCHANGED = np.eye(3)[[0, 2, 1]]
+UP_AXES: tuple[tuple[Floats, str], ...] = (
+    (_EXCHANGED * [1.0, 1.0, -1.0], " and z negated"),
+    (_EXCHANGED * [1.0, -1.0, 1.0], " and y negated"),
+    (_EXCHANGED, ""),
+)
+"""Matrices for row vectors that take a vector for one of a stage with the other up axis, and what they do besides."""
+
+
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with objects; those of vertex normals where a mesh has them and a light shows them."""
     if scene.lights and any(each.normals is not None for each in scene.meshes):
@@ -59,6 +68,15 @@ def _of_normals(scene: Scene) -> Iterator[Model]:
         changes.append(("normals_by_matrix", claim, by_matrix, False))
     for name, claim, change, local in changes:
         yield Model(name=name, kind="fault", claim=claim, cites=_NORMALS, edit=normals(change), local=local)
+    for turn, how in UP_AXES:
+        yield Model(
+            name="normals_up_axis",
+            kind="fault",
+            claim=f"the normals of meshes have y and z exchanged{how}, their points have not",
+            cites=f"{_NORMALS}; UsdGeom: upAxis",
+            edit=normals(lambda mesh, turn=turn: np.asarray(_of(mesh) @ turn)),  # type: ignore[misc]
+            local=True,
+        )
 
 
 def normals(change: Callable[[Mesh], Floats]) -> Edit:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from notabug.references.models.geometry import UP_AXES
 from notabug.references.models.model import Edit, Model, in_strengths
 from notabug.scenes_usd.scene import Floats, Light, Scene
 
@@ -49,10 +50,16 @@ def models(scene: Scene) -> Iterator[Model]:
             yield replace(model, jointly=jointly, axes=3 * len(scene.lights))
         if len(scene.lights) > 1:
             yield _fault("light_missing", f"{light.path} is missing", _dropped(index))
-    for kind, what in (("distant", "directions"), ("point", "positions")):
-        if any(each.kind == kind for each in scene.lights):
-            yield _fault("light_negated", f"the {what} of {kind} lights have the wrong sign", _every(_negated(kind)))
-    yield _fault("light_up_axis", "lights are placed with y and z exchanged", _every(_turned))
+    kinds = {each.kind for each in scene.lights}
+    turned = [(kind, what) for kind, what in (("distant", "directions"), ("point", "positions")) if kind in kinds]
+    for kind, what in turned:
+        yield _fault("light_negated", f"the {what} of {kind} lights have the wrong sign", _every(_negated(kind)))
+    if len(turned) > 1:
+        turned.append(("", "positions and directions"))
+    for kind, what in turned:
+        for turn, how in UP_AXES:
+            claim = f"the {what} of {kind or 'all'} lights have y and z exchanged{how}"
+            yield _fault("light_up_axis", claim, _every(_turned(kind, turn)))
     if any(each.kind == "point" for each in scene.lights):
         for falloff, what in (("linear", "the distance"), ("none", "nothing")):
             yield Model(
@@ -159,11 +166,16 @@ def _negated(kind: str) -> Callable[[Light], Light]:
     return change
 
 
-def _turned(light: Light) -> Light:
-    def turned(v: tuple[float, float, float]) -> tuple[float, float, float]:
-        return (v[0], v[2], -v[1])
+def _turned(kind: str, turn: Floats) -> Callable[[Light], Light]:
+    """Lights of that ``kind``, or all, placed by row vectors times ``turn``."""
 
-    return replace(light, position=turned(light.position), direction=turned(light.direction))
+    def change(light: Light) -> Light:
+        if kind not in ("", light.kind):
+            return light
+        position, direction = np.array(light.position) @ turn, np.array(light.direction) @ turn
+        return replace(light, position=_tuple(position), direction=_tuple(direction))
+
+    return change
 
 
 def _tuple(values: object) -> tuple[float, float, float]:

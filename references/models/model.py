@@ -62,7 +62,7 @@ class Model:
     at : the same fault at another strength, for faults that come in all strengths; ``strength`` is this model's, and
         0 (or 1, where ``neutral`` is 1: a factor) would be no fault.
     jointly : the same fault along several axes at once, ``axes`` of them, by its strength (axes,) along each; models of
-        single axes share it.
+        single axes share it. Of a model that it made, ``axes`` are those along which it is off.
     local : a fault that may hit some parts of the scene and spare others, so that a picture of it takes this model's
         value at some pixels and the reference's at the others.
     placed : the fault of those parts of the scene, single faces, that lie where a picture is wrong (h, w), or None

@@ -28,9 +28,10 @@ def models(scene: Scene) -> Iterator[Model]:
     yield Model(
         name="no_shadow",
         kind="fault",
-        claim="no surface casts a shadow",
+        claim="surfaces cast no shadow, all or some of them",
         cites="Whitted 1980, section 2",
         options={"shadows": "none"},
+        local=True,
     )
     if all(each.normals is None for each in scene.meshes):
         return

@@ -33,7 +33,7 @@ MESHES = {"gouraud_interpolation", "gouraud_pixel_shadows", "gouraud_unshadowed"
 NORMALS = {
     "facet_self_shadow", "silhouette_flip", "silhouette_black", "flat_normals", "normals_not_normalised",
     "flat_interpolation",
-    "normals_flipped", "normals_swapped", "normals_lost", "normals_of_first_corner",
+    "normals_flipped", "normals_swapped", "normals_lost", "normals_of_first_corner", "normals_up_axis",
 }  # fmt: skip
 UV = {
     "affine_uv", "swapped_uv", "flipped_v", "shifted_uv",

@@ -26,7 +26,7 @@ from notabug.scenes_usd.errors import SelectionError
 from notabug.tool import tool
 
 SCENES, QUICK = 400, 20  # scenes that are drawn
-FAULTS, LIMITED = 200, 150  # of them, with a fault and with a limitation
+FAULTS, LIMITED = 250, 150  # of them, with a fault, which shows in some 200, and with a limitation
 QUICK_SIDE = 48
 REDUCING = 600.0  # seconds that shrinking one bug may take
 

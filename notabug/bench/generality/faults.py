@@ -79,6 +79,8 @@ def expose_fault(job: Job, within: Path) -> list[Record]:
         right = pictures_by(who, scene, quality)
         for name in [job.fault] if job.fault else order(job.seed, job.index, who.name)[:TRIES]:
             fault = kinds(who.name)[name]
+            if isinstance(fault, TextFault) and not fault.suits(scene):
+                continue
             pictures = pictures_by(with_fault(who, fault), scene, quality)
             pixels = changed(pictures, right)
             tried.update(fault=name, right=list(fault.right), changed=pixels, shows=pixels >= CONNECTED)

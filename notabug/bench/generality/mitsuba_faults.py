@@ -184,7 +184,7 @@ MITSUBA_FAULTS: Mapping[str, JobFault] = {
     "materials exchanged": JobFault(_exchanged, ("materials_exchanged",)),
     "object missing": JobFault(_object_lost, ("object_missing",)),
     "normals inward": JobFault(_parts("normals", lambda n: -n), ("normals_flipped",)),
-    "normals swapped": JobFault(_parts("normals", lambda n: n[:, [0, 2, 1]]), ("normals_swapped", "normals_by_matrix")),
+    "normals swapped": JobFault(_parts("normals", lambda n: n[:, [0, 2, 1]]), ("normals_up_axis",)),
     "normals left out": JobFault(_no_normals, ("flat_normals", "normals_lost")),
     "u and v swapped": JobFault(_parts("uv", lambda uv: 1.0 - uv[:, ::-1]), ("swapped_uv",)),
     "v downwards": JobFault(_parts("uv", lambda uv: uv * [1.0, -1.0] + [0.0, 1.0]), ("flipped_v",)),

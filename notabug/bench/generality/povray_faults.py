@@ -9,6 +9,8 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from notabug.scenes_usd.scene import Scene
+
 Edit = Callable[[str], str]
 
 _NUMBER = r"[-+0-9.e]+"
@@ -17,10 +19,14 @@ _TRIPLE = rf"<({_NUMBER}),({_NUMBER}),({_NUMBER})>"
 
 @dataclass(frozen=True, slots=True)
 class TextFault:
-    """``edit`` makes the fault; a finding with one of the names ``right`` has found it."""
+    """``edit`` makes the fault; a finding with one of the names ``right`` has found it.
+
+    In a scene that it does not ``suit`` the same edit of the text would be another fault.
+    """
 
     edit: Edit
     right: tuple[str, ...]
+    suits: Callable[[Scene], bool] = lambda _: True
 
 
 def _scaled(text: str, pattern: str, *factors: float) -> str:
@@ -90,13 +96,14 @@ def _exchanged_looks(text: str) -> str:
     return text.replace(a, "\0").replace(b, a).replace("\0", b)
 
 
-def _shadowless(text: str) -> str:
-    return re.sub(r"(light_source \{ [^\n]*?)( \}\n)", r"\1 shadowless\2", text)
+def _no_shadow(text: str, count: int = 0) -> str:
+    """The first ``count`` objects, or all, cast no shadow. (The light of a ``shadowless`` source has no highlights.)"""
+    return re.sub(r"((?:mesh2|sphere) \{[^\n]*)\}(\n|$)", r"\1 no_shadow }\2", text, count=count)
 
 
-def _no_shadow(text: str) -> str:
-    """The first object casts no shadow."""
-    return re.sub(r"((?:mesh2|sphere) \{[^\n]*)\}(\n|$)", r"\1 no_shadow }\2", text, count=1)
+def _is_unclamped(scene: Scene) -> bool:
+    """Whether the uv in POV-Ray's text are the scene's: a clamped texture is written larger, and its uv with it."""
+    return all("clamp" not in (each.wrap_s, each.wrap_t) for each in scene.textures)
 
 
 def _camera(text: str, name: str, factors: tuple[float, float, float]) -> str:
@@ -142,8 +149,10 @@ POVRAY_FAULTS: Mapping[str, TextFault] = {
         lambda text: _scaled(text, rf"light_source \{{ {_TRIPLE} rgb <[^>]*> fade", 1.15, 1.0, 0.85), MOVED
     ),
     "light missing": TextFault(lambda text: _without(text, LIGHT, 1), ("light_missing", "light_gain")),
-    "lights without shadows": TextFault(_shadowless, ("no_shadow",)),
-    "object without shadow": TextFault(_no_shadow, ("no_shadow", "shadow_ray_culled", "epsilon_too_large")),
+    "lights without shadows": TextFault(_no_shadow, ("no_shadow",)),
+    "object without shadow": TextFault(
+        lambda text: _no_shadow(text, 1), ("no_shadow", "shadow_ray_culled", "epsilon_too_large")
+    ),
     "camera moved": TextFault(_moved_camera, SEEN_ELSEWHERE),
     "field of view": TextFault(
         lambda text: _camera(_camera(text, "right", (1.03,) * 3), "up", (1.03,) * 3), ("field_of_view",)
@@ -152,10 +161,10 @@ POVRAY_FAULTS: Mapping[str, TextFault] = {
     "triangles missing": TextFault(_fewer_triangles, MISSING),
     "object missing": TextFault(_without_object, ("object_missing",)),
     "materials exchanged": TextFault(_exchanged_looks, ("materials_exchanged", "albedo")),
-    "normals swapped": TextFault(_normals(lambda n: [n[0], n[2], n[1]]), ("normals_swapped", "normals_by_matrix")),
+    "normals swapped": TextFault(_normals(lambda n: [n[0], n[2], n[1]]), ("normals_up_axis",)),
     "normals left out": TextFault(_flat, ("flat_normals", "normals_lost")),
-    "u and v swapped": TextFault(_uv(lambda uv: [uv[1], uv[0]]), ("swapped_uv",)),
-    "v downwards": TextFault(_uv(lambda uv: [uv[0], 1.0 - uv[1]]), ("flipped_v",)),
+    "u and v swapped": TextFault(_uv(lambda uv: [uv[1], uv[0]]), ("swapped_uv",), _is_unclamped),
+    "v downwards": TextFault(_uv(lambda uv: [uv[0], 1.0 - uv[1]]), ("flipped_v",), _is_unclamped),
     "texture decoded": TextFault(
         lambda text: text.replace("gamma 1.0 interpolate", "gamma 2.2 interpolate"),
         ("texture_decoded", "texture_decoded_by_power"),
