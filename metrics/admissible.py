@@ -29,6 +29,7 @@ EDGE, ENOUGH = 0.19, 16
 # Of a pixel's footprint: where less of it is unlike its centre, no edge is within a quarter of a pixel of the centre. A
 # rasteriser's grid of 1/16 pixel moves an edge by a thirty-second, but a thin wire that is gone by half its width.
 SIDE = 0.25
+BESIDE = 0.03125  # pixels: a rasteriser's grid of 1/16 pixel moves an edge by so much, and last bits by less
 # Of the range that subsamples find: on an even slope 4 x 4 regular ones miss a sixth at either end, on a bend more.
 MISSED = 0.25
 SUSPICIOUS = 2.0  # standard errors, from which on it is looked at closer

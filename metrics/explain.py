@@ -181,13 +181,16 @@ def explain(
     bare = best = fit(measured, (), predict)
     if not bare.triggers:
         return bare
+    close = closely is not None and few_wrong(bare)
+    if closely is not None and close:
+        predict = closely(bare.significance.pixels)
+        bare = best = fit(measured, (), predict)
+        if not bare.triggers:
+            return bare
     together = habits(models)
     wide = None if preview is None else reach(measured, bare.significance, models, together, predict, preview)
     if preview is not None and wide is not None and wide.beyond_all():
         return replace(_nearest(measured, bare, models, predict, preview), before=bare.significance.z)
-    close = closely is not None and few_wrong(bare)
-    if closely is not None and close:
-        predict = closely(bare.significance.pixels)
     useful = _useful(bare, models, together, predict, preview)
     enough: list[Explanation] = []
     left: dict[Model, float] = {}

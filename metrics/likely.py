@@ -93,10 +93,11 @@ def likely(
             families.setdefault(fault.jointly, []).append(tried)
     for axes in families.values():  # several axes at once are one fault: the likeliest axis stands for all of them
         best = []
-        for tried in zip(*axes, strict=True):
-            together = _together([each.own for each in tried], tried[0].change, at / scale)
-            score = max(compared(tried[0].change, together, False, step) for step in STEPS)
-            best.append(replace(max(tried, key=lambda each: each.score), together=score))
+        for on_one_base in zip(*axes, strict=True):
+            change = on_one_base[0].change
+            together = _together([each.own for each in on_one_base], change, at / scale)
+            score = max(compared(change, together, False, step) for step in STEPS)
+            best.append(replace(max(on_one_base, key=lambda each: each.score), together=score))
         ranked.append(max(best, key=lambda each: each.together))
     ranked = sorted((each for each in ranked if max(each.score, each.together) > LEAST_ALIKE), key=_Ranked.place)
     alike = sum(max(each.score, each.together) > ALIKE for each in ranked)

@@ -10,18 +10,20 @@ import hashlib
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from copy import copy
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from functools import partial
+from itertools import product
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import Admissible, admissible, reckonable
-from notabug.metrics.channels import pixels
+from notabug.metrics.admissible import BESIDE, Admissible, admissible, reckonable
+from notabug.metrics.channels import pixels, put
 from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.valid import finite
+from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model
 from notabug.references.predict import Near, predict_near, preview, preview_at
 from notabug.references.tracer.envelope import Envelope
@@ -71,13 +73,14 @@ class Predictions:
         result = copy(self)
         result._forget()
         result._also = widened(at, 1)
+        result._reference = result._beside_centres((), self._reference)
         return result
 
     def __call__(self, chosen: Models) -> Admissible:
         """What ``chosen`` admit."""
         if not chosen:
             return self._reference
-        return self._sets.get(_key(chosen), lambda: self._admitted(self._envelope(chosen)))
+        return self._sets.get(_key(chosen), lambda: self._admitted(chosen))
 
     def preview(self, chosen: Models, at: Places | None = None) -> Floats:
         """The picture (h, w, 3) of ``chosen`` by one sample at each pixel's centre; or its pixels ``at``, (n, 3)."""
@@ -88,8 +91,27 @@ class Predictions:
         places = hashlib.blake2b(at.tobytes(), digest_size=16).hexdigest()
         return self._glimpses.get((*key, (places,)), lambda: self._glimpse(chosen, at))
 
-    def _admitted(self, envelope: Envelope) -> Admissible:
-        return self._admits(envelope) if reckonable(envelope) else self._reference
+    def _admitted(self, chosen: Models) -> Admissible:
+        envelope = self._envelope(chosen)
+        return self._beside_centres(chosen, self._admits(envelope)) if reckonable(envelope) else self._reference
+
+    def _beside_centres(self, chosen: Models, found: Admissible) -> Admissible:
+        """``found`` with what rays just beside the centres show of edges that are looked at closely.
+
+        Last bits decide what a renderer shows of an edge that meets a pixel's centre. Subsamples cannot tell such an
+        edge from one that meets the pixel's corner, where both sides of it are brighter and darker than the centre.
+        """
+        if self._also is None or not found.share_is_point:
+            return found
+        at = np.flatnonzero(found.edge & self._also)
+        lo, hi = pixels(found.lo, at), pixels(found.hi, at)
+        for right, down in product((-BESIDE, 0.0, BESIDE), repeat=2):
+            beside = pixel_shift(self._scene.width, self._scene.height, right, down)
+            shown = preview_at(self._scene, (*chosen, beside), at)
+            if np.isfinite(shown).all():
+                lo, hi = np.minimum(lo, shown), np.maximum(hi, shown)
+        lo, hi = put(found.lo, at, lo), put(found.hi, at, hi)
+        return replace(found, lo=lo, hi=hi, sampled=(lo, hi, np.zeros_like(found.value)))
 
     def _envelope(self, chosen: Models) -> Envelope:
         return self._envelopes.get(_key(chosen), lambda: self._near(chosen)).envelope

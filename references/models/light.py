@@ -50,8 +50,8 @@ def models(scene: Scene) -> Iterator[Model]:
             yield replace(model, jointly=jointly, axes=3 * len(scene.lights))
         if len(scene.lights) > 1:
             yield _fault("light_missing", f"{light.path} is missing", _dropped(index))
-    kinds = {each.kind for each in scene.lights}
-    turned = [(kind, what) for kind, what in (("distant", "directions"), ("point", "positions")) if kind in kinds]
+    placed = {"distant": "directions", "point": "positions"}
+    turned: list[tuple[str, str]] = [(kind, placed[kind]) for kind in sorted({each.kind for each in scene.lights})]
     for kind, what in turned:
         yield _fault("light_negated", f"the {what} of {kind} lights have the wrong sign", _every(_negated(kind)))
     if len(turned) > 1:
