@@ -1,4 +1,4 @@
-"""An edge that meets the very centre of a pixel: last bits decide on which side of it a renderer's only sample falls."""
+"""An edge that meets the very centre of a pixel: last bits decide on which side of it the only sample falls."""
 
 from __future__ import annotations
 
