@@ -73,24 +73,33 @@ def nearer(
     wrong = best.significance.pixels
     if not smooth.any() or float((wrong & smooth).sum()) < LEAST_TOLD * float(wrong.sum()):
         return True, 0.0
-    chosen = (*known, *(each for each in choices(models) if each not in known))
     spots = wrong & smooth if wrong.any() else smooth  # else it is a gain, a shift, or what is faint and wide
     told, around = (_spread(np.flatnonzero(each)) for each in (spots, smooth))
     at = np.concatenate([told, around])
     value, tau, mean, had = (pixels(each, at) for each in (start.value, start.tau, measured.mean, best.target.value))
-    quick = preview(chosen, at)
-    left, was = (
-        np.maximum(largest(np.abs(mean - each) - tau), 0.0) for each in (value + (quick - preview(known, at)), had)
-    )
-    for each in models:
-        if each.rule != "choice":
-            for other in each.values():
-                left[largest(np.abs(preview((*chosen, other), at) - quick) - ACTS * tau) > 0] = 0.0
-    count = told.size
-    before, after = float(was[:count].sum()), float(left[:count].sum())
-    may = after < (NEARER if wrong.any() else 1.0) * before or before == 0.0
-    had_rest, rest = (float(each[count:].sum()) * np.count_nonzero(smooth) / around.size for each in (was, left))
-    return bool(may and rest <= FARTHER * max(had_rest, best.significance.excess)), float(rest)
+    still = preview(known, at)
+
+    def off(picture: Floats) -> Floats:
+        return np.maximum(largest(np.abs(mean - picture) - tau), 0.0)
+
+    def left_by(some: tuple[Model, ...]) -> Floats:
+        chosen = (*known, *(each for each in choices(some) if each not in known))
+        quick = preview(chosen, at)
+        left = off(value + (quick - still))
+        for each in some:
+            if each.rule != "choice":
+                for other in each.values():
+                    left[largest(np.abs(preview((*chosen, other), at) - quick) - ACTS * tau) > 0] = 0.0
+        return left
+
+    left, was = left_by(models), off(had)
+    count, of_each = told.size, np.count_nonzero(smooth) / around.size
+    before, after, rest = (float(each.sum()) for each in (was[:count], left[:count], left[count:] * of_each))
+    if after >= (NEARER if wrong.any() else 1.0) * before and before > 0.0:
+        return False, rest
+    most = FARTHER * max(float(was[count:].sum()) * of_each, best.significance.excess)
+    # between centres quick pictures are wrong, also of what explains most: it is measured alike
+    return bool(rest <= most or rest <= FARTHER * float(left_by(best.models)[count:].sum()) * of_each), rest
 
 
 def _spread(places: Places) -> Places:

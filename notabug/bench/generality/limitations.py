@@ -20,7 +20,7 @@ from notabug.references.tracer.envelope import trace_picture
 from notabug.scenes_usd.scene import Scene, Texture
 
 SUBSAMPLES = 4  # along a side of a pixel
-BLOCK = 64  # texels that stand for one where the nearest is shown: the step between two is so much narrower
+BLOCK = 128  # texels that stand for one where the nearest is shown: the step between two is a 128th wide
 NEAREST = "nearest texture"
 ALWAYS = ("facet_self_shadow", "facet_self_reflection", "facet_self_refraction")  # what real renderers show anyway
 ROUNDING = ("acne", "coincident_surfaces", "another_surface")  # of single samples: not to be drawn by subsamples
