@@ -52,6 +52,7 @@ RECIPES: dict[str, Recipe] = {
         licence="GPL-3.0-or-later",
         python="3.13",
     ),
+    "luxcore": Recipe(("pyluxcore==2.11.2", "numpy==2.4.6"), megabytes=280, licence="Apache-2.0"),
     "panda3d": Recipe(("panda3d==1.10.16", "numpy==2.4.6"), megabytes=270, licence="BSD-3-Clause"),
     "vtk": Recipe(("vtk==9.7.2", "numpy==2.4.6"), megabytes=660, licence="BSD-3-Clause"),
 }

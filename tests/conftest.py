@@ -16,6 +16,7 @@ import pytest
 
 from notabug.adapters.base import Adapter, RendererMissingError
 from notabug.adapters.cycles import Cycles
+from notabug.adapters.luxcore import LuxCore
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.opengl import OpenGL
 from notabug.adapters.panda3d import Panda3D
@@ -74,6 +75,12 @@ def opengl() -> OpenGL:
 def cycles() -> Cycles:
     """The Cycles adapter."""
     return _installed(Cycles())
+
+
+@pytest.fixture(scope="session")
+def luxcore() -> LuxCore:
+    """The LuxCore adapter."""
+    return _installed(LuxCore())
 
 
 @pytest.fixture(scope="session")
