@@ -12,11 +12,9 @@ from pathlib import Path
 from notabug.adapters.base import Declaration, Found, Quality, Render, UnsupportedError
 from notabug.adapters.child_job import Edit, Script
 from notabug.adapters.environment import environment_python, version_in
-from notabug.adapters.job_folder import picture_path
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
 from notabug.adapters.textures import repeated
-from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Scene
 
 DEFAULT_SAMPLES = 16
@@ -25,7 +23,7 @@ BOUNCES = 8  # the contract's
 
 @dataclass(frozen=True, slots=True)
 class LuxCore:
-    """LuxCore, by default 16 quasi-random samples a pixel under a box filter, for each seed; all seeds in one process.
+    """LuxCore, by default 16 samples a pixel under a box filter, for each seed; all seeds in one process.
 
     Attributes
     ----------
@@ -73,23 +71,13 @@ class LuxCore:
         _check_mirrors(self.name, scene)
         self.find()
         samples, seeds = quality.samples or DEFAULT_SAMPLES, quality.seeds or (0,)
-        images = [picture_path(out, self.name, seed) for seed in seeds]
         script = Script(self.name, self._python(), "luxcore_child.py", {}, self.keep_jobs, self.edit)
         settings = {
-            "samples": samples,
-            "seeds": list(seeds),
             "threads": quality.threads,
             "raised": self.raised,
             "bounces": BOUNCES,
         }
-        pictures, ended = script.draw(repeated(scene), out, quality, settings, len(seeds))
-        for image, pixels in zip(images, pictures, strict=True):
-            write_exr(image, pixels, metadata={"Software": "LuxCore"})
-        share = ended.seconds / len(seeds)
-        return tuple(
-            Render(image, seed, samples, share, ended.command, ended.log)
-            for image, seed in zip(images, seeds, strict=True)
-        )
+        return script.render(repeated(scene), out, quality, settings, "LuxCore", samples=samples, seeds=seeds)
 
     def _python(self) -> str:
         return self.python or environment_python("luxcore")

@@ -89,11 +89,14 @@ def _settings(job: dict[str, Any], seed: int) -> dict[str, Any]:
     A path's last surface is lit only where it is its first too. So where there are mirrors a path may meet one diffuse
     surface more, which is not lit then; and what a diffuse surface throws on to others is never seen.
     """
-    mirrors = job["bounces"] if any(any(material["mirror"]) for material in job["materials"]) else 0
+    materials = job["materials"]
+    mirrors = job["bounces"] if any(any(material["mirror"]) for material in materials) else 0
+    chance = any(material["opacity"] < 1.0 or 0.0 < _mirror_share(material) < 1.0 for material in materials)
     settings = {
         "renderengine.type": "PATHCPU",
         "renderengine.seed": seed,
-        "sampler.type": "SOBOL",
+        "sampler.type": "RANDOM" if chance else "SOBOL",  # whose later numbers come four at a time
+        "sampler.random.adaptive.strength": 0.0,
         "sampler.sobol.adaptive.strength": 0.0,
         "path.pathdepth.total": mirrors + 2 if mirrors else 1,
         "path.pathdepth.diffuse": 2 if mirrors else 1,

@@ -21,6 +21,7 @@ from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.opengl import OpenGL
 from notabug.adapters.panda3d import Panda3D
 from notabug.adapters.povray import PovRay
+from notabug.adapters.pygfx import Pygfx
 from notabug.adapters.tachyon import Tachyon
 from notabug.adapters.vtk import Vtk
 
@@ -87,6 +88,12 @@ def luxcore() -> LuxCore:
 def panda3d() -> Panda3D:
     """The Panda3D adapter."""
     return _installed(Panda3D())
+
+
+@pytest.fixture(scope="session")
+def pygfx() -> Pygfx:
+    """The pygfx adapter."""
+    return _installed(Pygfx())
 
 
 @pytest.fixture(scope="session")
