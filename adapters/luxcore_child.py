@@ -46,7 +46,9 @@ def main(folder: Path) -> None:
     for place, light in enumerate(job["lights"]):
         if not any(light["intensity"]):
             continue
-        scene.Parse(_properties(pyluxcore, _named("scene.lights.light", _light(light, brightest))))  # in the place of the one before
+        scene.Parse(
+            _properties(pyluxcore, _named("scene.lights.light", _light(light, brightest)))
+        )  # in the place of the one before
         for number, seed in enumerate(job["seeds"]):
             settings = _settings(job, 1 + (seed * 7919 + place) % (_HIGHEST_SEED - 1))
             pictures[number] += _render(pyluxcore, scene, settings, job["width"], job["height"])

@@ -57,9 +57,7 @@ class OpenGL:
     install: str = INSTALL
 
     def declaration(self, quality: Quality) -> Declaration:
-        return replace(
-            rasterised(quality), depth=self.depth, lobe=self.lobe, interpolation=self.interpolation
-        )
+        return replace(rasterised(quality), depth=self.depth, lobe=self.lobe, interpolation=self.interpolation)
 
     def find(self) -> Found:
         return Found(f"{self._version()} ({_probe(self.python, self.name)})", self.python)

@@ -28,6 +28,7 @@ from notabug.adapters.requirements import check_supported
 from notabug.adapters.zbuffer import grid, rasterised
 from notabug.scenes_usd.scene import Scene
 
+UNIT = 1024.0  # a power of two, by which float32 numbers are multiplied without rounding
 _PROBE_SECONDS = 60.0
 _DRIVER = "apt install mesa-vulkan-drivers libvulkan1"
 _SCRIPT = "pygfx_child.py"
@@ -39,12 +40,14 @@ class Pygfx:
 
     Attributes
     ----------
+    unit : by what the scene is drawn larger. At 1 light does not grow within a tenth of a unit of a point light.
     python : the interpreter that has pygfx; by default that of ``notabug install pygfx``, else this one.
     keep_jobs : keep the folder with the job of every picture.
     edit : what is done to the job before pygfx reads it; a fault to be detected, for tests.
     """
 
     name: str = "pygfx"
+    unit: float = UNIT
     python: str = ""
     keep_jobs: bool = False
     edit: Edit | None = None
@@ -76,7 +79,8 @@ class Pygfx:
         self.find()
         threads = {"LP_NUM_THREADS": str(quality.threads)} if quality.threads else {}
         script = Script(self.name, self._python(), _SCRIPT, threads, self.keep_jobs, self.edit)
-        return script.render(scene, out, quality, {"grid": grid(quality)}, "pygfx", samples=grid(quality) ** 2)
+        settings = {"grid": grid(quality), "unit": self.unit}
+        return script.render(scene, out, quality, settings, "pygfx", samples=grid(quality) ** 2)
 
     def _python(self) -> str:
         return self.python or environment_python("pygfx")

@@ -8,7 +8,6 @@ the formats of its textures.
 from __future__ import annotations
 
 import json
-import math
 import os
 import sys
 from pathlib import Path
@@ -60,8 +59,8 @@ def _picture(adapter: Any, job: dict[str, Any], arrays: dict[str, Any], width: i
         scene.add(_mesh(pygfx, job, shape, arrays))
     for light in job["lights"]:
         if any(light["intensity"]):
-            scene.add(_light(pygfx, light))
-    renderer.render(scene, _camera(pygfx, job["camera"]))
+            scene.add(_light(pygfx, light, job["unit"]))
+    renderer.render(scene, _camera(pygfx, job["camera"], job["unit"]))
     texture = renderer._blender.get_texture("color")
     if texture.format != _FORMAT or texture.size[:2] != (width, height):
         sys.exit(f"pygfx's picture is {texture.size} in {texture.format}, not {width} x {height} in {_FORMAT}")
@@ -79,7 +78,7 @@ def _mesh(pygfx: Any, job: dict[str, Any], shape: dict[str, Any], arrays: dict[s
     corners = arrays[shape["triangles"]].ravel()
     uv = arrays[shape["uv"]][corners] if "uv" in shape else np.zeros((len(corners), 2))
     parts = {
-        "positions": arrays[shape["points"]][arrays[shape["corners"]][corners]],
+        "positions": arrays[shape["points"]][arrays[shape["corners"]][corners]] * job["unit"],
         "texcoords": uv * [1.0, -1.0] + [0.0, 1.0],
     }
     if "normals" in shape:
@@ -115,13 +114,13 @@ def _map(pygfx: Any, pixels: Any, wrap: tuple[str, str] = ("repeat", "repeat")) 
     return pygfx.TextureMap(texture, filter="linear", wrap_s=wrap[0], wrap_t=wrap[1])
 
 
-def _light(pygfx: Any, said: dict[str, Any]) -> Any:
-    """A point's intensity is the light's, a distant light's its irradiance."""
+def _light(pygfx: Any, said: dict[str, Any], unit: float) -> Any:
+    """A point's intensity is the light's, in a larger scene as much larger; a distant light's is its irradiance."""
     most = max(said["intensity"])
     colour = pygfx.Color.from_physical(*(part / most for part in said["intensity"]))
     if said["kind"] == "point":
-        light = pygfx.PointLight(colour, most, distance=0, decay=2)
-        light.local.position = said["place"]
+        light = pygfx.PointLight(colour, most * unit**2, distance=0, decay=2)
+        light.local.position = [part * unit for part in said["place"]]
     else:
         light = pygfx.DirectionalLight(colour, most)
         light.local.position = [-part for part in said["place"]]
@@ -129,15 +128,18 @@ def _light(pygfx: Any, said: dict[str, Any]) -> Any:
     return light
 
 
-def _camera(pygfx: Any, said: dict[str, Any]) -> Any:
-    """pygfx's field of view is that of the mean of the picture's width and height."""
+def _camera(pygfx: Any, said: dict[str, Any], unit: float) -> Any:
+    """pygfx's field of view is that of the mean of width and height, and half a degree at least; a zoom has no end."""
     camera = pygfx.PerspectiveCamera(
-        2.0 * math.degrees(math.atan(0.5 * (said["tan_x"] + said["tan_y"]))),
+        90.0,
         said["tan_x"] / said["tan_y"],
+        zoom=2.0 / (said["tan_x"] + said["tan_y"]),
         maintain_aspect=False,
-        depth_range=(said["near"], said["far"]),
+        depth_range=(said["near"] * unit, said["far"] * unit),
     )
-    camera.local.matrix = np.array(said["to_world"]).T
+    place = np.array(said["to_world"]).T
+    place[:3, 3] *= unit
+    camera.local.matrix = place
     return camera
 
 

@@ -30,7 +30,10 @@ def test_a_floor_under_two_lights(stage: Any, luxcore: LuxCore) -> None:
     """Each light is drawn alone, and nothing is chosen at random; no seed is biased."""
     scene = floor(stage)
     finer = stage.replace(scene, width=512, height=512)
-    expected = sum(0.8 / np.pi * E * cosine for E, cosine in (stage.lit(stage.on_plane(finer), NORMAL, light) for light in scene.lights))
+    expected = sum(
+        0.8 / np.pi * E * cosine
+        for E, cosine in (stage.lit(stage.on_plane(finer), NORMAL, light) for light in scene.lights)
+    )
     boxes = expected.reshape(32, 16, 32, 16).mean(axis=(1, 3))
     ratio = stage.draw(luxcore, scene, FINE)[..., 0] / boxes - 1.0
     assert np.abs(ratio).max() < 4e-3
@@ -46,7 +49,9 @@ def test_nothing_is_moved_or_mirrored_in_a_picture_that_is_not_square(stage: Any
         camera = stage.replace(stage.camera((0.1, 0.0, 4.0), (0.1, 0.0, 0.0)), tan_x=tan_x, tan_y=tan_y)
         scene = stage.scene([square], [light], camera, size=size)
         expected = raster_picture(scene, samples=64)
-        picture, lower = (stage.draw(renderer, scene, FINE) for renderer in (luxcore, stage.replace(luxcore, raised=0.0)))
+        picture, lower = (
+            stage.draw(renderer, scene, FINE) for renderer in (luxcore, stage.replace(luxcore, raised=0.0))
+        )
         assert np.abs(picture - expected).max() < 0.1
         assert np.abs(lower[1:] - expected[:-1]).max() < 0.1
 
@@ -74,7 +79,9 @@ def test_a_mirror_shows_what_is_lit_and_passes_no_light_on(stage: Any, luxcore: 
     coloured = stage.replace(stage.grey(diffuse), mirror=(0.8, 0.5, 0.4))
     light = stage.distant((0, 0, 1), (np.pi,) * 3)
     camera = stage.camera((0, 0, 5))
-    scene = stage.scene([stage.quad(9.0), stage.quad(9.0, (0, 0, 9.0), 1)], [light], camera, [coloured, stage.grey(0.6)], size=(8, 8))
+    scene = stage.scene(
+        [stage.quad(9.0), stage.quad(9.0, (0, 0, 9.0), 1)], [light], camera, [coloured, stage.grey(0.6)], size=(8, 8)
+    )
     scene = stage.replace(scene, lights=(stage.point((0, 0, 6.0), (90.0,) * 3),))
     from notabug.references.predict import predict
 
