@@ -171,8 +171,8 @@ def _black(said: dict[str, Any]) -> bool:
 def _brightest(job: dict[str, Any], arrays: dict[str, Any]) -> float:
     """The largest diffuse colour that a part of any material would have, if it is above 1.
 
-    LuxCore clamps those colours to 1, too. All are divided by it, and lights are made as much brighter: what is seen has
-    met one diffuse surface, no more and no less.
+    LuxCore clamps those colours to 1, too. All are divided by it, and lights are made as much brighter: what is seen
+    has met one diffuse surface, no more and no less.
     """
     most = 1.0
     for said in job["materials"]:

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from notabug.adapters.base import Quality, RendererMissingError, UnsupportedError
-from notabug.adapters.child_job import child_job
 from notabug.adapters.luxcore import LuxCore
-from notabug.adapters.textures import repeated
+from notabug.adapters.luxcore_child import _brightest, _camera, _look, _settings
+from notabug.references.predict import predict
 from notabug.references.raster.picture import raster_picture
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.scene import Texture
@@ -75,16 +75,11 @@ def test_a_texture_on_a_sheet_of_some_opacity(stage: Any, luxcore: LuxCore, wrap
 @pytest.mark.slow
 @pytest.mark.parametrize("diffuse", [0.0, 0.3])
 def test_a_mirror_shows_what_is_lit_and_passes_no_light_on(stage: Any, luxcore: LuxCore, diffuse: float) -> None:
-    """Two parallel mirrors: the eye sees a sheet in the second by way of the first, with no light between surfaces."""
+    """A lit sheet behind the eye is seen in the mirror; neither lights the other."""
     coloured = stage.replace(stage.grey(diffuse), mirror=(0.8, 0.5, 0.4))
-    light = stage.distant((0, 0, 1), (np.pi,) * 3)
-    camera = stage.camera((0, 0, 5))
-    scene = stage.scene(
-        [stage.quad(9.0), stage.quad(9.0, (0, 0, 9.0), 1)], [light], camera, [coloured, stage.grey(0.6)], size=(8, 8)
-    )
-    scene = stage.replace(scene, lights=(stage.point((0, 0, 6.0), (90.0,) * 3),))
-    from notabug.references.predict import predict
-
+    sheets = [stage.quad(9.0), stage.quad(9.0, (0, 0, 9.0), 1)]
+    light, camera = stage.point((0, 0, 6.0), (90.0,) * 3), stage.camera((0, 0, 5))
+    scene = stage.scene(sheets, [light], camera, [coloured, stage.grey(0.6)], size=(8, 8))
     expected = predict(scene).mean
     picture = stage.draw(luxcore, scene, Quality(samples=256, seeds=(0, 1)))
     assert np.abs(picture.mean(axis=(0, 1)) / expected.mean(axis=(0, 1)) - 1.0).max() < 0.01
@@ -97,6 +92,80 @@ def test_seeds_are_pictures_of_their_own(stage: Any, luxcore: LuxCore) -> None:
     assert [(render.seed, render.samples) for render in renders] == [(3, 4), (8, 4)]
     first, second = (read_picture(render.image).pixels for render in renders)
     assert not np.array_equal(first, second)
+
+
+# ---- what is told to LuxCore, without LuxCore
+
+
+def material(**changes: Any) -> dict[str, Any]:
+    given = {"diffuse": [0.0] * 3, "texture": -1, "mirror": [0.0] * 3, "opacity": 1.0}
+    return given | changes
+
+
+def test_a_mixture_has_the_colours_of_its_parts_and_none_above_1() -> None:
+    """What a mixture's parts reflect, times their weights and the light's gain, is what the scene says."""
+    said = material(diffuse=[0.3, 0.2, 0.1], mirror=[0.8, 0.5, 0.4])
+    job = {"materials": [said, material(diffuse=[0.5] * 3)]}
+    brightest = _brightest(job, {})
+    look = _look(0, said, brightest)
+    weight, matte, mirror = (look[f"materials.{name}"] for name in ("m0.amount", "matte0.kd", "mirror0.kr"))
+    assert np.multiply(mirror, weight) == pytest.approx(said["mirror"])
+    assert np.multiply(matte, (1.0 - weight) * brightest) == pytest.approx(said["diffuse"])
+    assert max(*matte, *mirror) <= 1.0 + 1e-12
+    plain = _look(1, job["materials"][1], brightest)
+    assert np.multiply(plain["materials.m1.kd"], brightest) == pytest.approx([0.5] * 3)
+
+
+def test_a_bright_texture_is_dimmed_and_a_black_mirror_is_no_mixture() -> None:
+    shown = material(texture=0)
+    job = {"materials": [shown], "textures": [{"pixels": "texture0"}]}
+    brightest = _brightest(job, {"texture0": np.array([[[0.5, 4.0, 0.0]]])})
+    assert (brightest, _look(0, shown, brightest)["textures.t0.gain"]) == (4.0, 0.25)
+    alone = _look(0, material(mirror=[1.0, 0.5, 0.0], opacity=0.5), 1.0)
+    assert (alone["materials.m0.type"], alone["materials.m0.kr"]) == ("mirror", [1.0, 0.5, 0.0])
+    assert alone["materials.m0.transparency"] == 0.5
+
+
+def test_paths_are_as_long_as_mirrors_ask_for() -> None:
+    job = {
+        "materials": [material(diffuse=[0.5] * 3)],
+        "bounces": 8,
+        "samples": 16,
+        "width": 8,
+        "height": 8,
+        "threads": 0,
+    }
+    direct = _settings(job, 1)
+    assert (direct["path.pathdepth.total"], direct["path.pathdepth.diffuse"], direct["sampler.type"]) == (1, 1, "SOBOL")
+    assert "native.threads.count" not in direct
+    mixed = _settings(job | {"materials": [material(diffuse=[0.1] * 3, mirror=[0.5] * 3)], "threads": 2}, 1)
+    assert (mixed["path.pathdepth.total"], mixed["path.pathdepth.diffuse"], mixed["sampler.type"]) == (10, 2, "RANDOM")
+    assert mixed["native.threads.count"] == 2
+
+
+def test_the_window_is_moved_by_one_row(stage: Any) -> None:
+    camera = stage.camera((0, 0, 5e4))
+    said = {"to_world": camera.to_world.tolist(), "tan_x": 0.4, "tan_y": 0.6, "near": 0.1, "far": 9.0}
+    window = _camera({"camera": said, "height": 48, "raised": 1.0})["screenwindow"]
+    assert window == pytest.approx([-1.0, 1.0, -1.5 - 3.0 / 48, 1.5 - 3.0 / 48])
+    own = _camera({"camera": said, "height": 48, "raised": 0.0})
+    assert own["screenwindow"] == pytest.approx([-1.0, 1.0, -1.5, 1.5])
+    eye, target = (np.array(own[f"lookat.{name}"]) for name in ("orig", "target"))
+    assert np.linalg.norm(eye - target) == pytest.approx(5e4)  # as far off as rounding to float32 asks for
+
+
+def test_it_declares_what_it_does() -> None:
+    declared = LuxCore().declaration(Quality())
+    assert (declared.noisy, declared.samples, declared.filter) == (True, 16, "box")
+    assert LuxCore().declaration(Quality(samples=1)).filter == "box"  # a sample is anywhere in its pixel
+
+
+def test_a_mirror_of_more_light_than_there_is_is_refused(stage: Any) -> None:
+    for look in ({"mirror": (1.2,) * 3}, {"mirror": (1.0,) * 3, "diffuse": (0.1,) * 3}):
+        looks = [stage.replace(stage.grey(0.0), **look)]
+        scene = stage.scene([stage.quad()], [stage.distant((0, 0, 1))], stage.camera((0, 0, 5)), looks)
+        with pytest.raises(UnsupportedError, match="more light than there is"):
+            LuxCore().render(scene, stage.out, Quality())
 
 
 def test_what_it_cannot_draw_is_named(stage: Any) -> None:

@@ -61,6 +61,23 @@ def test_a_texture_repeats_and_clamps_on_each_axis(stage: Any, pygfx: Pygfx, wra
     assert np.abs(stage.draw(pygfx, scene) - raster_picture(scene)).max() < 3e-5
 
 
+@pytest.mark.slow
+def test_a_lamp_within_a_tenth_of_a_unit_and_a_narrow_view(stage: Any, pygfx: Pygfx) -> None:
+    """pygfx's own light stops growing there, and its field of view ends at half a degree: both are gone round."""
+    light = stage.point((0.0, 0.0, 0.05), (0.0025 * np.pi,) * 3)
+    camera = stage.camera((0, 0, 1.0), tan=0.002)
+    scene = stage.scene([stage.quad(0.5)], [light], camera, [stage.grey(1.0)], size=(8, 8))
+    E, cosine = stage.lit(stage.on_plane(scene), NORMAL, light)
+    assert np.abs(stage.draw(pygfx, scene)[..., 0] / (E * cosine / np.pi) - 1.0).max() < 5e-5
+    assert stage.draw(stage.replace(pygfx, unit=1.0), scene) == pytest.approx(0.25, abs=0.001)
+
+
+def test_it_declares_the_lobe_of_three_js() -> None:
+    declared = Pygfx().declaration(Quality(samples=5))
+    assert (declared.lobe, declared.normalised, declared.highlight) == ("blinn", "n2over8", "cosine")
+    assert (declared.depth, declared.shadows, declared.samples, declared.filter) == ("float32", "none", 9, "box")
+
+
 def test_what_it_cannot_draw_is_named(stage: Any) -> None:
     for look, why in (
         ({"specular": (0.1, 0.2, 0.1)}, "needs coloured_highlight"),
