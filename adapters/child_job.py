@@ -60,7 +60,7 @@ class Script:
         """
         named = seeds or (quality.seeds or (0,))[:1]
         images = [picture_path(out, self.name, seed) for seed in named]
-        told = {"samples": samples, "seeds": list(named)} | settings
+        told: dict[str, Any] = {"samples": samples, "seeds": list(named), **settings}
         pixels, ended = self._draw(scene, out, quality, told, *([len(seeds)] if seeds else []))
         pictures = pixels.reshape(len(named), *pixels.shape[-3:])
         for image, picture in zip(images, pictures, strict=True):

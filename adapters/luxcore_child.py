@@ -187,8 +187,8 @@ def _look(index: int, said: dict[str, Any], brightest: float) -> dict[str, Any]:
     """The material ``m<index>``: a Lambert surface, a mirror, or a mixture of the two, which weights its parts."""
     share = _mirror_share(said)
     gain = 1.0 / (brightest * (1.0 - share)) if share < 1.0 else 0.0
-    matte = {"type": "matte", "kd": [part * gain for part in said["diffuse"]]}
-    mirror = {"type": "mirror", "kr": [part / share for part in said["mirror"]]} if share else {}
+    matte: dict[str, Any] = {"type": "matte", "kd": [part * gain for part in said["diffuse"]]}
+    mirror: dict[str, Any] = {"type": "mirror", "kr": [part / share for part in said["mirror"]]} if share else {}
     look: dict[str, Any] = {}
     if said["texture"] >= 0:
         matte["kd"] = f"t{index}"

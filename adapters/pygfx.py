@@ -11,15 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
-from notabug.adapters.base import (
-    Declaration,
-    Found,
-    Quality,
-    Render,
-    RendererError,
-    RendererMissingError,
-    UnsupportedError,
-)
+from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError, UnsupportedError
 from notabug.adapters.child_job import Edit, Script
 from notabug.adapters.environment import environment_python, version_in
 from notabug.adapters.process import run_child
@@ -30,6 +22,7 @@ from notabug.scenes_usd.scene import Scene
 
 UNIT = 1024.0  # a power of two, by which float32 numbers are multiplied without rounding
 _PROBE_SECONDS = 60.0
+_QUOTED = 200  # characters of what the probe printed last
 _DRIVER = "apt install mesa-vulkan-drivers libvulkan1"
 _SCRIPT = "pygfx_child.py"
 
@@ -103,17 +96,18 @@ def _check_highlights(name: str, scene: Scene) -> None:
 @cache
 def _device(python: str, name: str) -> str:
     """What draws in float32; raises RendererMissingError where nothing does."""
+    command = [python, "-P", str(Path(__file__).with_name(_SCRIPT)), "--probe"]
     with tempfile.TemporaryDirectory(prefix="notabug-pygfx-") as folder:
-        try:
-            command = [python, "-P", str(Path(__file__).with_name(_SCRIPT)), "--probe"]
-            ended = run_child(command, where=name, folder=Path(folder), timeout=_PROBE_SECONDS).check(name)
-            return ended.log.strip().splitlines()[-1]
-        except (RendererError, IndexError) as error:
-            raise RendererMissingError(
-                f"no device that draws in float32: {error}",
-                where=f"adapter {name!r}",
-                do=f"install a Vulkan driver ({_DRIVER})",
-            ) from error
+        ended = run_child(command, where=name, folder=Path(folder), timeout=_PROBE_SECONDS)
+    said = ended.log.strip().splitlines()[-1:]
+    if ended.exit or ended.stopped or not said:
+        raise RendererMissingError(
+            "no device that draws in float32",
+            where=f"adapter {name!r}",
+            got=said[0][-_QUOTED:] if said else f"exit code {ended.exit}",
+            do=f"install a Vulkan driver ({_DRIVER})",
+        )
+    return said[0]
 
 
 register(Pygfx())

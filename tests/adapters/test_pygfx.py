@@ -90,6 +90,15 @@ def test_what_it_cannot_draw_is_named(stage: Any) -> None:
             Pygfx().render(scene, stage.out, Quality())
 
 
+def test_a_machine_without_a_driver_says_how_to_get_one(tmp_path: Path) -> None:
+    """The interpreter has pygfx of some version, and no device: what it prints last is told."""
+    odd = tmp_path / "python"
+    odd.write_text('#!/bin/sh\n[ "$1" = -c ] && echo 0.17.0 && exit 0\necho no device has it >&2\nexit 1\n')
+    odd.chmod(0o755)
+    with pytest.raises(RendererMissingError, match=r"float32.*got no device has it.*apt install mesa-vulkan-drivers"):
+        Pygfx(python=str(odd)).find()
+
+
 def test_an_interpreter_without_it_says_how_to_get_it(stage: Any) -> None:
     scene = stage.scene([stage.quad()], [stage.distant((0, 0, 1))], stage.camera((0, 0, 5)))
     with pytest.raises(RendererMissingError, match="notabug install pygfx"):

@@ -56,7 +56,7 @@ def test_the_card_with_a_texture_passes(studio: Any, request: pytest.FixtureRequ
 @pytest.mark.parametrize(
     ("name", "scene", "limitations"),
     [
-        ("luxcore", "terminator/sphere", ["facet_self_shadow", "silhouette_black"]),
+        ("luxcore", "terminator/sphere", ["facet_self_shadow"]),
         ("panda3d", "phong/interpolation", ["gouraud_interpolation", "lobe_blinn"]),
         ("panda3d", "separation/t_highlight", ["gouraud_interpolation"]),
         ("pygfx", "phong/floor_lobes", ["highlight_cosine", "lobe_blinn", "lobe_normalised_n2over8"]),
