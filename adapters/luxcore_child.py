@@ -36,7 +36,7 @@ def main(folder: Path) -> None:
         pixels = np.ascontiguousarray(arrays[texture["pixels"]], np.float32)
         scene.DefineImageMap(f"image{index}", pixels, 1.0, 3, pixels.shape[1], pixels.shape[0])
     brightest = _brightest(job, arrays)
-    for index, material in enumerate(job["materials"]):
+    for index, material in _used(job).items():
         described |= _look(index, material, brightest)
     for index, shape in enumerate(job["objects"]):
         _mesh(scene, index, shape, arrays)
@@ -46,9 +46,8 @@ def main(folder: Path) -> None:
     for place, light in enumerate(job["lights"]):
         if not any(light["intensity"]):
             continue
-        scene.Parse(
-            _properties(pyluxcore, _named("scene.lights.light", _light(light, brightest)))
-        )  # in the place of the one before
+        told = _named("scene.lights.light", _light(light, brightest))  # in the place of the one before
+        scene.Parse(_properties(pyluxcore, told))
         for number, seed in enumerate(job["seeds"]):
             settings = _settings(job, 1 + (seed * 7919 + place) % (_HIGHEST_SEED - 1))
             pictures[number] += _render(pyluxcore, scene, settings, job["width"], job["height"])
@@ -91,13 +90,13 @@ def _settings(job: dict[str, Any], seed: int) -> dict[str, Any]:
     A path's last surface is lit only where it is its first too. So where there are mirrors a path may meet one diffuse
     surface more, which is not lit then; and what a diffuse surface throws on to others is never seen.
     """
-    materials = job["materials"]
+    materials = _used(job).values()
     mirrors = job["bounces"] if any(any(material["mirror"]) for material in materials) else 0
     chance = any(material["opacity"] < 1.0 or 0.0 < _mirror_share(material) < 1.0 for material in materials)
     settings = {
         "renderengine.type": "PATHCPU",
         "renderengine.seed": seed,
-        "sampler.type": "RANDOM" if chance else "SOBOL",  # whose later numbers come four at a time
+        "sampler.type": "RANDOM" if chance else "SOBOL",  # whose choices are noisier than random ones
         "sampler.random.adaptive.strength": 0.0,
         "sampler.sobol.adaptive.strength": 0.0,
         "path.pathdepth.total": mirrors + 2 if mirrors else 1,
@@ -129,8 +128,7 @@ def _camera(job: dict[str, Any]) -> dict[str, Any]:
     LuxCore draws what belongs into a row one row below it: its window is moved by ``raised`` rows.
     """
     said = job["camera"]
-    right, up, back, eye = np.array(said["to_world"])[:, :3]
-    del right
+    _, up, back, eye = np.array(said["to_world"])[:, :3]
     least = min(said["tan_x"], said["tan_y"])
     wide, high = said["tan_x"] / least, said["tan_y"] / least
     moved = -2.0 * high * job["raised"] / job["height"]
@@ -159,6 +157,11 @@ def _light(said: dict[str, Any], gain: float) -> dict[str, Any]:
     return white | unscaled | point
 
 
+def _used(job: dict[str, Any]) -> dict[int, Any]:
+    """The materials of objects, by their numbers."""
+    return {index: job["materials"][index] for index in sorted({shape["material"] for shape in job["objects"]})}
+
+
 def _mirror_share(said: dict[str, Any]) -> float:
     """The share of a mixture that is its mirror: LuxCore clamps the colours of its parts to 1."""
     return 1.0 if any(said["mirror"]) and _black(said) else float(max(said["mirror"]))
@@ -175,7 +178,7 @@ def _brightest(job: dict[str, Any], arrays: dict[str, Any]) -> float:
     has met one diffuse surface, no more and no less.
     """
     most = 1.0
-    for said in job["materials"]:
+    for said in _used(job).values():
         if not _black(said):
             texture = said["texture"]
             colours = said["diffuse"] if texture < 0 else arrays[job["textures"][texture]["pixels"]]

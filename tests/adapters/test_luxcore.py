@@ -105,7 +105,8 @@ def material(**changes: Any) -> dict[str, Any]:
 def test_a_mixture_has_the_colours_of_its_parts_and_none_above_1() -> None:
     """What a mixture's parts reflect, times their weights and the light's gain, is what the scene says."""
     said = material(diffuse=[0.3, 0.2, 0.1], mirror=[0.8, 0.5, 0.4])
-    job = {"materials": [said, material(diffuse=[0.5] * 3)]}
+    never = material(diffuse=[0.5] * 3, mirror=[1.0] * 3)  # of no object: it must not be asked for
+    job = {"materials": [said, material(diffuse=[0.5] * 3), never], "objects": [{"material": 0}, {"material": 1}]}
     brightest = _brightest(job, {})
     look = _look(0, said, brightest)
     weight, matte, mirror = (look[f"materials.{name}"] for name in ("m0.amount", "matte0.kd", "mirror0.kr"))
@@ -118,7 +119,7 @@ def test_a_mixture_has_the_colours_of_its_parts_and_none_above_1() -> None:
 
 def test_a_bright_texture_is_dimmed_and_a_black_mirror_is_no_mixture() -> None:
     shown = material(texture=0)
-    job = {"materials": [shown], "textures": [{"pixels": "texture0"}]}
+    job = {"materials": [shown], "textures": [{"pixels": "texture0"}], "objects": [{"material": 0}]}
     brightest = _brightest(job, {"texture0": np.array([[[0.5, 4.0, 0.0]]])})
     assert (brightest, _look(0, shown, brightest)["textures.t0.gain"]) == (4.0, 0.25)
     alone = _look(0, material(mirror=[1.0, 0.5, 0.0], opacity=0.5), 1.0)
@@ -127,14 +128,8 @@ def test_a_bright_texture_is_dimmed_and_a_black_mirror_is_no_mixture() -> None:
 
 
 def test_paths_are_as_long_as_mirrors_ask_for() -> None:
-    job = {
-        "materials": [material(diffuse=[0.5] * 3)],
-        "bounces": 8,
-        "samples": 16,
-        "width": 8,
-        "height": 8,
-        "threads": 0,
-    }
+    numbers = {"bounces": 8, "samples": 16, "width": 8, "height": 8, "threads": 0}
+    job = {"materials": [material(diffuse=[0.5] * 3)], "objects": [{"material": 0}], **numbers}
     direct = _settings(job, 1)
     assert (direct["path.pathdepth.total"], direct["path.pathdepth.diffuse"], direct["sampler.type"]) == (1, 1, "SOBOL")
     assert "native.threads.count" not in direct
