@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from notabug.adapters.base import Quality
-from notabug.adapters.job_folder import job_folder
+from notabug.adapters.base import Quality, Render
+from notabug.adapters.job_folder import job_folder, picture_path
 from notabug.adapters.process import Ended, failure, made_picture, run_child
+from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Floats, Light, Material, Object, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
 
@@ -42,7 +43,35 @@ class Script:
     keep_jobs: bool = False
     edit: Edit | None = None
 
-    def draw(
+    def render(
+        self,
+        scene: Scene,
+        out: Path,
+        quality: Quality,
+        settings: Mapping[str, Any],
+        software: str,
+        *,
+        samples: int,
+        seeds: tuple[int, ...] = (),
+    ) -> tuple[Render, ...]:
+        """The pictures that the script draws of ``scene``, as files in ``out``: for each of ``seeds`` one.
+
+        Without seeds there is one picture, whatever the seed. The script is told ``samples`` and the seeds.
+        """
+        named = seeds or (quality.seeds or (0,))[:1]
+        images = [picture_path(out, self.name, seed) for seed in named]
+        told: dict[str, Any] = {"samples": samples, "seeds": list(named), **settings}
+        pixels, ended = self._draw(scene, out, quality, told, *([len(seeds)] if seeds else []))
+        pictures = pixels.reshape(len(named), *pixels.shape[-3:])
+        for image, picture in zip(images, pictures, strict=True):
+            write_exr(image, picture, metadata={"Software": software})
+        share = ended.seconds / len(named)
+        return tuple(
+            Render(image, seed, samples, share, ended.command, ended.log)
+            for image, seed in zip(images, named, strict=True)
+        )
+
+    def _draw(
         self, scene: Scene, out: Path, quality: Quality, settings: Mapping[str, Any], *pictures: int
     ) -> tuple[Floats, Ended]:
         """The picture (h, w, 3) that the script draws of ``scene``, and how the child ended.

@@ -12,11 +12,9 @@ from pathlib import Path
 from notabug.adapters.base import Declaration, Found, Quality, Render, UnsupportedError
 from notabug.adapters.child_job import Edit, Script
 from notabug.adapters.environment import environment_python, version_in
-from notabug.adapters.job_folder import picture_path
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
 from notabug.adapters.textures import same_wraps
-from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Camera, Scene
 
 DEFAULT_SAMPLES = 16
@@ -74,22 +72,12 @@ class Cycles:
         self.find()
         samples = quality.samples or DEFAULT_SAMPLES
         seeds = (quality.seeds or (0,))[: 1 if samples == 1 else None]
-        images = [picture_path(out, self.name, seed) for seed in seeds]
         script = Script(self.name, self._python(), "cycles_child.py", {}, self.keep_jobs, self.edit)
         settings = {
-            "samples": samples,
-            "seeds": list(seeds),
             "threads": quality.threads,
             "terminator_offset": self.terminator_offset,
         }
-        pictures, ended = script.draw(same_wraps(scene), out, quality, settings, len(seeds))
-        for image, pixels in zip(images, pictures, strict=True):
-            write_exr(image, pixels, metadata={"Software": "Cycles"})
-        share = ended.seconds / len(seeds)
-        return tuple(
-            Render(image, seed, samples, share, ended.command, ended.log)
-            for image, seed in zip(images, seeds, strict=True)
-        )
+        return script.render(same_wraps(scene), out, quality, settings, "Cycles", samples=samples, seeds=seeds)
 
     def _python(self) -> str:
         return self.python or environment_python("cycles")

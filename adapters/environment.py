@@ -52,7 +52,17 @@ RECIPES: dict[str, Recipe] = {
         licence="GPL-3.0-or-later",
         python="3.13",
     ),
+    "luxcore": Recipe(("pyluxcore==2.11.2", "numpy==2.4.6"), megabytes=280, licence="Apache-2.0"),
     "panda3d": Recipe(("panda3d==1.10.16", "numpy==2.4.6"), megabytes=270, licence="BSD-3-Clause"),
+    "pygfx": Recipe(
+        (
+            *("pygfx==0.17.0", "wgpu==0.32.0", "rendercanvas==2.7.2", "pylinalg==0.6.8", "numpy==2.4.6"),
+            *("hsluv==5.0.5", "freetype-py==2.5.1", "uharfbuzz==0.57.0", "jinja2==3.1.6", "markupsafe==3.0.4"),
+            *("cffi==2.1.1", "pycparser==3.12"),
+        ),
+        megabytes=130,
+        licence="BSD-2-Clause",
+    ),
     "vtk": Recipe(("vtk==9.7.2", "numpy==2.4.6"), megabytes=660, licence="BSD-3-Clause"),
 }
 """By the name of the adapter, in alphabetical order."""

@@ -10,7 +10,7 @@ import importlib.metadata
 import json
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Literal
@@ -24,7 +24,7 @@ from notabug.adapters.opengl_job import DepthFormat, Interpolation, job
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
-from notabug.adapters.zbuffer import CAPABILITIES, grid
+from notabug.adapters.zbuffer import CAPABILITIES, grid, rasterised
 from notabug.references.models.phong import with_lobe
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Scene
@@ -57,25 +57,7 @@ class OpenGL:
     install: str = INSTALL
 
     def declaration(self, quality: Quality) -> Declaration:
-        point = grid(quality) == 1
-        return Declaration(
-            hit_error=0.0,
-            precision="float32",
-            filter="point" if point else "box",
-            radius=0.0 if point else 0.5,
-            quantum=2.0**-24,
-            relative_quantum=True,
-            noisy=False,
-            samples=grid(quality) ** 2,
-            ngon_split="02",
-            silhouette="keep",
-            depth=self.depth,
-            lobe=self.lobe,
-            interpolation=self.interpolation,
-            gouraud_shadows="corners",  # with the light; there are none
-            coordinates="float32",
-            shadows="none",
-        )
+        return replace(rasterised(quality), depth=self.depth, lobe=self.lobe, interpolation=self.interpolation)
 
     def find(self) -> Found:
         return Found(f"{self._version()} ({_probe(self.python, self.name)})", self.python)

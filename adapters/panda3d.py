@@ -7,18 +7,16 @@ Mesa's llvmpipe draws, in float32.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, UnsupportedError
 from notabug.adapters.child_job import Edit, Script
 from notabug.adapters.environment import environment_python, version_in
-from notabug.adapters.job_folder import picture_path
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
-from notabug.adapters.zbuffer import grid
-from notabug.scenes_usd.picture import write_exr
+from notabug.adapters.zbuffer import grid, rasterised
 from notabug.scenes_usd.scene import Scene
 
 MOST_EXPONENT = 128.0  # OpenGL 1.1 specification, table 2.7: of GL_SHININESS
@@ -50,27 +48,14 @@ class Panda3D:
     )
 
     def declaration(self, quality: Quality) -> Declaration:
-        point = grid(quality) == 1
-        return Declaration(
-            hit_error=0.0,
-            precision="float32",
-            filter="point" if point else "box",
-            radius=0.0 if point else 0.5,
-            quantum=2.0**-24,
-            relative_quantum=True,
-            noisy=False,
-            samples=grid(quality) ** 2,
-            ngon_split="02",
-            silhouette="keep",
+        return replace(
+            rasterised(quality),
             depth="fixed24",
             coincident="unknown",
             lobe="blinn",
             interpolation="gouraud",
             gouraud_meshes="all",
-            gouraud_shadows="corners",  # with the light; there are none
             texture_filter="bilinear",
-            coordinates="float32",
-            shadows="none",
         )
 
     def find(self) -> Found:
@@ -81,14 +66,10 @@ class Panda3D:
         check_supported(self, scene)
         self._check_exponents(scene)
         self.find()
-        seed = quality.seeds[0] if quality.seeds else 0
-        image = picture_path(out, self.name, seed)
         threads = {"LP_NUM_THREADS": str(quality.threads)} if quality.threads else {}
         script = Script(self.name, self._python(), "panda3d_child.py", threads, self.keep_jobs, self.edit)
         settings = {"grid": grid(quality), "local_viewer": self.highlights == "local"}
-        pixels, ended = script.draw(scene, out, quality, settings)
-        write_exr(image, pixels, metadata={"Software": "Panda3D"})
-        return (Render(image, seed, grid(quality) ** 2, ended.seconds, ended.command, ended.log),)
+        return script.render(scene, out, quality, settings, "Panda3D", samples=grid(quality) ** 2)
 
     def _check_exponents(self, scene: Scene) -> None:
         materials = [scene.materials[shape.material] for shape in scene.objects]

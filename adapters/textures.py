@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -54,8 +55,17 @@ def same_wraps(scene: Scene) -> Scene:
 
     One that is clamped on one axis alone is repeated, with its border repeated as far as its uv reach.
     """
+    return _repeated(scene, lambda texture: texture.wrap_s != texture.wrap_t)
+
+
+def repeated(scene: Scene) -> Scene:
+    """The scene with textures that are repeated on both axes, the borders of clamped ones as far as their uv reach."""
+    return _repeated(scene, lambda texture: "clamp" in (texture.wrap_s, texture.wrap_t))
+
+
+def _repeated(scene: Scene, which: Callable[[Texture], bool]) -> Scene:
     for index, texture in enumerate(scene.textures):
-        if texture.wrap_s == texture.wrap_t:
+        if not which(texture):
             continue
         users = {place for place, material in enumerate(scene.materials) if material.texture == index}
         grown = grow(texture, shown_uv(scene, index))
@@ -65,8 +75,8 @@ def same_wraps(scene: Scene) -> Scene:
             else shape
             for shape in scene.objects
         )
-        repeated = replace(texture, pixels=grown.pixels, wrap_s="repeat", wrap_t="repeat")
-        textures = (*scene.textures[:index], repeated, *scene.textures[index + 1 :])
+        tiled = replace(texture, pixels=grown.pixels, wrap_s="repeat", wrap_t="repeat")
+        textures = (*scene.textures[:index], tiled, *scene.textures[index + 1 :])
         scene = replace(scene, objects=objects, textures=textures)
     return scene
 

@@ -8,19 +8,17 @@ peeling into textures of 8 bits, so that an opacity of .25 comes back as 64/255.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from notabug.adapters.base import Declaration, Found, Quality, Render
 from notabug.adapters.child_job import Edit, Script
 from notabug.adapters.environment import environment_python, version_in
-from notabug.adapters.job_folder import picture_path
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
 from notabug.adapters.textures import same_wraps
-from notabug.adapters.zbuffer import grid
-from notabug.scenes_usd.picture import write_exr
+from notabug.adapters.zbuffer import grid, rasterised
 from notabug.scenes_usd.scene import Scene
 
 
@@ -49,25 +47,15 @@ class Vtk:
     install: str = "notabug install vtk, or pip install notabug[vtk]; apt install libegl1 libgl1 libgl1-mesa-dri"
 
     def declaration(self, quality: Quality) -> Declaration:
-        point = grid(quality) == 1
-        return Declaration(
-            hit_error=0.0,
-            precision="float32",
-            filter="point" if point else "box",
-            radius=0.0 if point else 0.5,
-            quantum=2.0**-24,
-            relative_quantum=True,
-            noisy=False,
-            samples=grid(quality) ** 2,
+        return replace(
+            rasterised(quality),
             ngon_split="fan",
-            silhouette="keep",
             depth=self.depth,
             coincident="unknown",
             interpolation=self.interpolation,
             gouraud_shadows="none",
             texture_filter="bilinear",
             coordinates="unknown",  # VTK moves float64 points far off to the origin before it makes them float32
-            shadows="none",
         )
 
     def find(self) -> Found:
@@ -77,14 +65,10 @@ class Vtk:
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
         check_supported(self, scene)
         self.find()
-        seed = quality.seeds[0] if quality.seeds else 0
-        image = picture_path(out, self.name, seed)
         threads = {"LP_NUM_THREADS": str(quality.threads)} if quality.threads else {}
         script = Script(self.name, self._python(), "vtk_child.py", threads, self.keep_jobs, self.edit)
         settings = {"grid": grid(quality), "depth": self.depth, "interpolation": self.interpolation}
-        pixels, ended = script.draw(same_wraps(scene), out, quality, settings)
-        write_exr(image, pixels, metadata={"Software": "VTK"})
-        return (Render(image, seed, grid(quality) ** 2, ended.seconds, ended.command, ended.log),)
+        return script.render(same_wraps(scene), out, quality, settings, "VTK", samples=grid(quality) ** 2)
 
     def _python(self) -> str:
         return self.python or environment_python("vtk")

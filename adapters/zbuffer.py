@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -50,18 +50,9 @@ class ZBuffer:
         return CAPABILITIES | {"shadows"} if self.shadow_map else CAPABILITIES
 
     def declaration(self, quality: Quality) -> Declaration:
-        point = grid(quality) == 1
-        return Declaration(
-            hit_error=0.0,
+        return replace(
+            rasterised(quality),
             precision=self.precision,
-            filter="point" if point else "box",
-            radius=0.0 if point else 0.5,
-            quantum=2.0**-24,
-            relative_quantum=True,
-            noisy=False,
-            samples=grid(quality) ** 2,
-            ngon_split="02",
-            silhouette="keep",
             depth=self.depth,
             interpolation=self.normals,
             gouraud_shadows="unknown" if self.shadow_map else "corners",  # with the light; there are none
@@ -97,6 +88,29 @@ class ZBuffer:
 def grid(quality: Quality) -> int:
     """Samples along a pixel's edge: the smallest square grid that holds ``quality.samples``, one sample by default."""
     return max(1, math.isqrt(max(1, quality.samples) - 1) + 1)
+
+
+def rasterised(quality: Quality) -> Declaration:
+    """What renderers declare that draw triangles in float32, at one point or a grid of points of each pixel.
+
+    Depth, the lobe, what is interpolated and which of coincident surfaces is seen are left to each.
+    """
+    point = grid(quality) == 1
+    return Declaration(
+        hit_error=0.0,
+        precision="float32",
+        filter="point" if point else "box",
+        radius=0.0 if point else 0.5,
+        quantum=2.0**-24,
+        relative_quantum=True,
+        noisy=False,
+        samples=grid(quality) ** 2,
+        ngon_split="02",
+        silhouette="keep",
+        gouraud_shadows="corners",  # with the light; there are none
+        coordinates="float32",
+        shadows="none",
+    )
 
 
 register(ZBuffer())

@@ -16,10 +16,12 @@ import pytest
 
 from notabug.adapters.base import Adapter, RendererMissingError
 from notabug.adapters.cycles import Cycles
+from notabug.adapters.luxcore import LuxCore
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.opengl import OpenGL
 from notabug.adapters.panda3d import Panda3D
 from notabug.adapters.povray import PovRay
+from notabug.adapters.pygfx import Pygfx
 from notabug.adapters.tachyon import Tachyon
 from notabug.adapters.vtk import Vtk
 
@@ -77,9 +79,21 @@ def cycles() -> Cycles:
 
 
 @pytest.fixture(scope="session")
+def luxcore() -> LuxCore:
+    """The LuxCore adapter."""
+    return _installed(LuxCore())
+
+
+@pytest.fixture(scope="session")
 def panda3d() -> Panda3D:
     """The Panda3D adapter."""
     return _installed(Panda3D())
+
+
+@pytest.fixture(scope="session")
+def pygfx() -> Pygfx:
+    """The pygfx adapter."""
+    return _installed(Pygfx())
 
 
 @pytest.fixture(scope="session")
