@@ -11,8 +11,8 @@ import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from importlib.resources import files
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -172,8 +172,12 @@ def barriers(page: Any) -> list[str]:
         missing("there is no axe-core: pip install axe-playwright-python")
     page.evaluate(source)
     found = page.evaluate(
-        """async (tags) => (await axe.run(document, {runOnly: tags})).violations.flatMap((rule) => rule.nodes.map(
-          (node) => `${rule.id}: ${node.html.slice(0, 120)}: ${[...node.any, ...node.all, ...node.none][0]?.message}`))""",
+        """async (tags) => {
+          const what = (node) => [...node.any, ...node.all, ...node.none][0]?.message;
+          const told = (rule, node) => `${rule.id}: ${node.html.slice(0, 120)}: ${what(node)}`;
+          const found = await axe.run(document, {runOnly: tags});
+          return found.violations.flatMap((rule) => rule.nodes.map((node) => told(rule, node)));
+        }""",
         STANDARDS,
     )
     return list(found)
