@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from notabug.cli import _told, app
 from notabug.examples import EXAMPLES
 from notabug.scenes_usd.errors import ManyFaultsError, SceneError
 from notabug.scenes_usd.opinion import Opinion
+from notabug.words import duration
 
 COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 NO_DATA: frozenset[str] = frozenset()  # commands that yield nothing a program would read
@@ -84,3 +86,16 @@ def test_a_file_that_no_layer_can_mend_is_not_sent_to_adapt(
     out = capsys.readouterr().out
     assert "out of the contract" in out
     assert "adapt" not in out
+
+
+def test_a_run_says_what_it_does_and_how_long_that_takes(door: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    from notabug import running
+
+    monkeypatch.setattr(running, "FIRST", 40.0)
+    assert door("run", "terminator/sphere", "texture/uneven_quad") == 0
+    told = " ".join(door.stderr.split())
+    jobs = re.search(r"rendering and judging 2 scenes, (\d+) jobs? with", told)
+    assert jobs is not None
+    assert f"the first run takes {duration(40.0 * int(jobs[1]))}" in told
+    assert door("run", "terminator/sphere", "texture/uneven_quad") == 0  # which keeps what is finished
+    assert "the first run takes" not in " ".join(door.stderr.split())
