@@ -15,8 +15,9 @@ PAGES = {
 }
 
 # The pictures of a report are loaded and decoded when they come into view.
-SEEN = """() => Promise.all([...document.images].filter((each) => each.checkVisibility()
-  && each.getBoundingClientRect().top < innerHeight).map((each) => { each.loading = "eager"; return each.decode(); }))"""
+SEEN = """() => Promise.all([...document.images]
+  .filter((each) => each.checkVisibility() && each.getBoundingClientRect().top < innerHeight)
+  .map((each) => { each.loading = "eager"; return each.decode(); }))"""
 
 
 def main(gallery: Path | None, run: Path | None) -> None:
