@@ -7,7 +7,7 @@ PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3 python; d
 	"$$each" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v "$$each"; break; }; done)
 BIN := .venv/bin
 
-.PHONY: help setup renderers browser run test search lint format bench wheel sanitize clean
+.PHONY: help setup renderers browser run test search lint format bench docs wheel sanitize clean
 
 help:
 	@echo "make run    set up, render all scenes, judge (ARGS='SCENE -r RENDERER ...' for some)"
@@ -15,6 +15,7 @@ help:
 	@echo "make search set up, look for examples that break what hypothesis tests state, other ones each time"
 	@echo "make lint   set up, check format, style and types"
 	@echo "make bench  set up, measure speed (ARGS='verdict --quick': how well it judges)"
+	@echo "make docs   build the documentation as a site, build/site/index.html, and check its links"
 	@echo "make sanitize  run a few tests on an extension that is built with sanitizers"
 	@echo "make wheel  build the wheel into dist/"
 	@echo "make setup  only the set-up; make clean removes it"
@@ -28,7 +29,7 @@ setup: .venv/installed renderers
 	@test -x $(BIN)/python || "$(PYTHON)" -m venv .venv || { rm -rf .venv; echo "$(PYTHON) cannot make a virtual environment; on Debian: apt install python3-venv" >&2; exit 1; }
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools pybind11
 	CXX=$$(.ci/compiler $(BIN)/python) && export CXX && $(BIN)/python -m pip install --quiet --disable-pip-version-check \
-		--no-build-isolation -c constraints.txt -e '.[mitsuba,opengl,bench,dev]'
+		--no-build-isolation -c constraints.txt -e '.[mitsuba,opengl,bench,docs,dev]'
 	@touch $@
 
 renderers: .venv/installed
@@ -58,6 +59,9 @@ format: .venv/installed
 
 bench: setup
 	$(BIN)/notabug bench $(or $(ARGS),speed)
+
+docs: .venv/installed
+	$(BIN)/python docs/build_site.py $(ARGS)
 
 wheel: .venv/installed
 	CXX=$$(.ci/compiler $(BIN)/python) && export CXX && $(BIN)/python -m pip wheel --quiet --no-build-isolation --no-deps -w dist .

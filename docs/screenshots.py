@@ -14,6 +14,11 @@ PAGES = {
     "viewer": "viewer.html#scene=terminator/sphere&a=reference&b=povray&mode=side&at=150,92",
 }
 
+# The pictures of a report are loaded and decoded when they come into view.
+SEEN = """() => Promise.all([...document.images]
+  .filter((each) => each.checkVisibility() && each.getBoundingClientRect().top < innerHeight)
+  .map((each) => { each.loading = "eager"; return each.decode(); }))"""
+
 
 def main(gallery: Path | None, run: Path | None) -> None:
     program = shutil.which("chromium")
@@ -27,6 +32,7 @@ def main(gallery: Path | None, run: Path | None) -> None:
         if run is not None:
             page.goto((run / "report.html").resolve().as_uri())
             page.wait_for_load_state("load")
+            page.evaluate(SEEN)
             page.screenshot(path=Path(__file__).with_name("overview.png"))
         for name, address in PAGES.items() if gallery is not None else ():
             page.goto(f"{gallery.resolve().as_uri()}/{address}")

@@ -105,7 +105,7 @@ def show(out: Console, source: str, survey: Survey) -> None:
         out.print(
             f"next: notabug adapt {source} --out own.usda writes a layer that says it all", markup=False, soft_wrap=True
         )
-    else:
+    elif any(remark.mends for remark in survey.remarks):
         out.print(
             f"next: notabug adapt {source} --out own.usda mends all but {len(left)}; these are for you",
             markup=False,

@@ -606,9 +606,14 @@ def _told(error: Exception) -> int:
     from notabug.progress import console
 
     out = console(stderr=True)
-    for part in getattr(error, "errors", (error,)):  # of a scene that breaks the contract in many ways each
+    parts = getattr(error, "errors", (error,))  # of a scene that breaks the contract in many ways each
+    for part in parts:
         line = Text("notabug: ", style="bold red").append(" ".join(str(part).split()), style="default not bold")
         out.print(line, soft_wrap=True)
+    mended = sum(bool(getattr(part, "mends", ())) for part in parts)
+    if mended:
+        all_of = "all of it" if mended == len(parts) else f"{mended} of {len(parts)}"
+        out.print(f"notabug adapt SCENE --out own.usda mends {all_of}, in a layer over the scene", soft_wrap=True)
     return exit_code(error)
 
 

@@ -28,10 +28,10 @@ from notabug.run import Plan, Run, find_renderers, run
 from notabug.scenes_usd.errors import ManyFaultsError, NotabugError, SceneError, SelectionError
 from notabug.scenes_usd.reader import read_scene
 from notabug.selection import OWN_FOLDER, Choice, NothingSelectedError, choose, parse_variants, part, quick
-from notabug.words import tally
+from notabug.words import counted, duration, tally
 
 FIRST = 1.5  # seconds that a job takes the first time, on two cores: the 125 of the default run take 3 minutes
-LONG = 60.0  # seconds: of a run that is shorter nobody need know how long it takes
+LONG = 20.0  # seconds: of a run that is shorter nobody need know how long it takes
 
 
 def command(
@@ -153,9 +153,10 @@ def _beginning(plan: Plan) -> str:
     names = ", ".join(plan.renderers)
     jobs = sum(len(plan.wanted(choice)) for choice in plan.choices)
     first = not (plan.out / "run.json").is_file()
-    known = f"; the first run takes some {jobs * FIRST / 60:.0f} minutes, later ones keep what is finished"
+    known = f"; the first run takes {duration(jobs * FIRST)} on two idle cores, later ones keep what is finished"
     takes = known if first and jobs * FIRST >= LONG else ""
-    return f"{len(plan.choices)} scenes, {jobs} jobs with {names}; results go to {plan.out}{takes}"
+    what = f"{counted(len(plan.choices), 'scene')}, {counted(jobs, 'job')}"
+    return f"rendering and judging {what} with {names}; results go to {plan.out}{takes}"
 
 
 def _summary(out: Console, state: Run, page: Path, detail: Detail) -> None:

@@ -37,6 +37,18 @@ def readable(name: str) -> str:
     return name.replace("_", " ")
 
 
+def duration(seconds: float) -> str:
+    """How long something takes, as one says what one does not know to the second.
+
+    >>> duration(12.2), duration(63), duration(187)
+    ('about 15 s', 'about a minute', 'about 3 minutes')
+    """
+    if seconds < 55.0:
+        return f"about {5 * math.ceil(seconds / 5.0):.0f} s"
+    minutes = round(seconds / 60.0)
+    return "about a minute" if minutes <= 1 else f"about {minutes} minutes"
+
+
 def counted(count: int, thing: str) -> str:
     """A number of things.
 

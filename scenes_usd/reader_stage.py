@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -166,8 +167,18 @@ def open_stage(path: Path) -> Usd.Stage:
     try:
         return Usd.Stage.Open(str(path))
     except Tf.ErrorException as error:
-        reason = " ".join(str(error).split())
+        reason = what_usd_says(str(error), path)
         raise SceneError("cannot be opened as a USD stage", where=str(path), got=reason, do="try usdchecker") from error
+
+
+def what_usd_says(text: str, path: Path) -> str:
+    """The comments of OpenUSD's errors, without the places in OpenUSD's own source that they come from."""
+    plain = " ".join(text.split())
+    comments = re.split(r"\s*Error in '[^']*' at line \d+ in file \S+ : ", plain)
+    kept = [each.strip("' ") for each in comments if each.strip("' ")]
+    if len(kept) > 1:  # the first says what is wrong, the last that therefore the layer was not opened
+        kept = [each for each in kept if not each.startswith("Failed to open layer")] or kept
+    return re.sub(rf"{re.escape(str(path))}:(\d+):(\d+):", r"line \1, column \2:", "; ".join(kept))
 
 
 def choose(stage: Usd.Stage, root: Usd.Prim, variants: Mapping[str, str]) -> dict[str, str]:

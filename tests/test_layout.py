@@ -35,6 +35,7 @@ OURS = (
     "*.pyi",
     "*.in",
     "Makefile",
+    "Dockerfile*",
     "run",
     "renderers",
     "browser",

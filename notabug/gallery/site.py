@@ -45,6 +45,8 @@ POLICY = (
     "base-uri 'none'; form-action 'none'"
 )
 
+CALIBRATION = "calibration"  # the class of the card, which is no artifact
+
 _WORST = {word: at for at, word in enumerate(("bug", "error", "inconclusive", "limitation", "pass", "unsupported"))}
 
 
@@ -105,6 +107,8 @@ def _pages(
     shared = {
         "policy": POLICY,
         "kinds": kinds,
+        "shown_kinds": [each for each in kinds if each.id != CALIBRATION],
+        "all_kinds": sum(each.id != CALIBRATION for each in taxonomy()),
         "runs": runs,
         "renderers": renderers,
         "has_trend": bool(found),

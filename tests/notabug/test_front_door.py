@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import inspect
 import os
+import re
 import shlex
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any, get_type_hints
 
 import pytest
 import typer
 
 from notabug import completing
-from notabug.cli import app
+from notabug.cli import _told, app
 from notabug.examples import EXAMPLES
+from notabug.scenes_usd.errors import ManyFaultsError, SceneError
+from notabug.scenes_usd.opinion import Opinion
+from notabug.words import duration
 
 COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 NO_DATA: frozenset[str] = frozenset()  # commands that yield nothing a program would read
@@ -52,3 +57,45 @@ def test_a_shell_completes_scenes_and_renderers() -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, env=os.environ | words, check=False
     )
     assert done.stdout.split() == ["terminator/sphere"]
+
+
+@pytest.mark.parametrize(("mended", "said"), [(0, ""), (1, "mends 1 of 2"), (2, "mends all of it")])
+def test_a_refused_scene_says_whether_a_layer_would_mend_it(
+    mended: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    faults = (SceneError("one", where="/A"), SceneError("two", where="/B"))
+    for fault in faults[:mended]:
+        fault.mends = (Opinion("/A", "visibility", "token", "invisible"),)
+    assert _told(ManyFaultsError(faults)) == 2
+    told = capsys.readouterr().err
+    assert told.count("notabug: /") == 2
+    assert said in told
+    assert ("notabug adapt" in told) == bool(mended)
+
+
+@pytest.mark.parametrize("text", [None, "", "#usda 1.0\ndef {"])
+def test_a_file_that_no_layer_can_mend_is_not_sent_to_adapt(
+    text: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from notabug.checking import command, view_of
+
+    path = tmp_path / "scene.usda"
+    if text is not None:
+        path.write_text(text)
+    assert command(source=str(path), variants=[], view=view_of("", None, []), as_json=False) == 2
+    out = capsys.readouterr().out
+    assert "out of the contract" in out
+    assert "adapt" not in out
+
+
+def test_a_run_says_what_it_does_and_how_long_that_takes(door: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    from notabug import running
+
+    monkeypatch.setattr(running, "FIRST", 40.0)
+    assert door("run", "terminator/sphere", "texture/uneven_quad") == 0
+    told = " ".join(door.stderr.split())
+    jobs = re.search(r"rendering and judging 2 scenes, (\d+) jobs? with", told)
+    assert jobs is not None
+    assert f"the first run takes {duration(40.0 * int(jobs[1]))}" in told
+    assert door("run", "terminator/sphere", "texture/uneven_quad") == 0  # which keeps what is finished
+    assert "the first run takes" not in " ".join(door.stderr.split())

@@ -8,7 +8,7 @@ import pytest
 
 from notabug.metrics.verdict import Finding, Verdict
 from notabug.record import Result
-from notabug.words import area, finding_names, number, strongest, tally
+from notabug.words import area, duration, finding_names, number, strongest, tally
 
 
 @pytest.mark.parametrize(
@@ -48,3 +48,19 @@ def test_the_numbers_of_a_verdict_are_those_of_what_made_it() -> None:
 def test_tally_goes_by_seriousness() -> None:
     assert tally(["bug", "pass", "pass"]) == "2 pass, 1 bug"
     assert tally([]) == "no results"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.4, "about 5 s"),
+        (12.2, "about 15 s"),
+        (54.9, "about 55 s"),
+        (55.1, "about a minute"),
+        (89.0, "about a minute"),
+        (91.0, "about 2 minutes"),
+        (3600.0, "about 60 minutes"),
+    ],
+)
+def test_a_duration_is_told_as_roughly_as_it_is_known(seconds: float, text: str) -> None:
+    assert duration(seconds) == text

@@ -360,6 +360,31 @@ def test_not_a_stage(tmp_path: Path) -> None:
     path.write_bytes(b"")
     with pytest.raises(SceneError, match=r"bad\.usda"):
         read_scene(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            'def Xform "A"\n{\n    def RectLight "B" { float inputs:intensity = 30 }\n}\n',
+            "line 4, column 25: Expected }",
+        ),
+        ('def Xform "A"\n{\n    int a = "b"\n}\n', "Failed to parse value"),
+        ('def Xform "A"\n{\n', "line 4, column"),
+    ],
+)
+def test_a_mistake_in_the_file_is_told_by_line_and_without_usds_own_source(
+    tmp_path: Path, text: str, told: str
+) -> None:
+    path = tmp_path / "bad.usda"
+    path.write_text(f"#usda 1.0\n{text}")
+    with pytest.raises(SceneError) as caught:
+        read_scene(path)
+    message = str(caught.value)
+    assert told in message
+    assert "in file /" not in message
+    assert "Error in '" not in message
+    assert message.count(str(path)) == 1
     with pytest.raises(SceneError, match="no such file"):
         read_scene(tmp_path / "gone.usda")
 

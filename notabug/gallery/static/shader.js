@@ -6,7 +6,7 @@ const FRAGMENT = `#version 300 es
 precision highp float;
 precision highp sampler2D;
 uniform sampler2D A, B, M;
-uniform vec2 size, canvas, origin;
+uniform vec2 size, canvas, pane, origin;
 uniform float zoom, wipe, exposure;
 uniform int mode, second, measure, mapped, tone, channel;
 out vec4 colour;
@@ -54,8 +54,9 @@ vec3 difference(vec4 a, vec4 b, float m) {
 void main() {
   vec2 p = vec2(gl_FragCoord.x, canvas.y - gl_FragCoord.y);
   float across = p.x / canvas.x;
-  bool right = mode == 0 && across >= 0.5;
-  if (right) p.x -= canvas.x / 2.0;
+  bvec2 second_half = mode == 0 ? greaterThanEqual(p, pane) : bvec2(false);
+  bool right = any(second_half);
+  p -= pane * vec2(second_half);
   vec2 q = floor((p - origin) / zoom);
   if (any(lessThan(q, vec2(0.0))) || any(greaterThanEqual(q, size))) { colour = vec4(GROUND, 1.0); return; }
   ivec2 at = ivec2(q);

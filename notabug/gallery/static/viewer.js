@@ -1,5 +1,5 @@
 "use strict";
-// Two float pictures on one canvas: side by side, wiped, blinked or their difference. What is shown is in the address.
+// Two float pictures on one canvas: side by side (in a tall window one above the other), wiped, blinked or their difference. What is shown is in the address.
 (() => {
   const $ = (id) => document.getElementById(id);
   const canvas = $("picture"), overlay = $("overlay"), stage = $("stage");
@@ -78,8 +78,12 @@
     gl.bindTexture(gl.TEXTURE_2D, texture);
   }
   const panes = () => (state.mode === "side" ? 2 : 1);
-  const pane = () => canvas.width / panes();
-  const origin = () => [pane() / 2 - view.x * view.zoom, canvas.height / 2 - view.y * view.zoom];
+  const GAIN = 1.15; // A lies above B where that makes both pictures larger by this factor, as in a tall window
+  const stacked = () => a && panes() === 2 &&
+    Math.min(canvas.width / a.width, canvas.height / 2 / a.height) > GAIN * Math.min(canvas.width / 2 / a.width, canvas.height / a.height);
+  const pane = () => canvas.width / (stacked() ? 1 : panes()); // the width of one picture's part of the canvas
+  const tall = () => canvas.height / (stacked() ? 2 : 1); // its height
+  const origin = () => [pane() / 2 - view.x * view.zoom, tall() / 2 - view.y * view.zoom];
 
   function draw() {
     if (!a || !b || !gl) return;
@@ -96,11 +100,13 @@
     set("A", "1i", 0); set("B", "1i", 1); set("M", "1i", 2);
     set("size", "2f", a.width, a.height); set("canvas", "2f", width, height);
     set("origin", "2f", ...origin()); set("zoom", "1f", view.zoom);
+    set("pane", "2f", pane(), tall());
     set("mode", "1i", MODES.indexOf(state.mode)); set("second", "1i", state.second ? 1 : 0);
     set("wipe", "1f", state.wipe); set("measure", "1i", MEASURES.indexOf(state.of));
     set("mapped", "1i", map ? 1 : 0); set("exposure", "1f", 2 ** state.ev);
     set("tone", "1i", TONES.indexOf(state.tone)); set("channel", "1i", CHANNELS.indexOf(state.ch));
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+    stage.classList.toggle("stacked", stacked());
     annotate(scale);
   }
   const COLOURS = { bug: "#ff8a80", limitation: "#6fc3df", convention: "#b9b3ff" };
@@ -110,12 +116,12 @@
     pen.lineWidth = 1.5 * scale;
     for (let part = 0; part < panes(); part++) {
       const [x0, y0] = origin();
-      const left = part * pane();
       pen.save();
+      pen.translate(stacked() ? 0 : part * pane(), stacked() ? part * tall() : 0);
       pen.beginPath();
-      pen.rect(left, 0, pane(), overlay.height);
+      pen.rect(0, 0, pane(), tall());
       pen.clip();
-      const frame = (x, y, w, h) => pen.strokeRect(left + x0 + x * view.zoom, y0 + y * view.zoom, w * view.zoom, h * view.zoom);
+      const frame = (x, y, w, h) => pen.strokeRect(x0 + x * view.zoom, y0 + y * view.zoom, w * view.zoom, h * view.zoom);
       if (state.boxes) {
         boxes().forEach(({ kind, box }, index) => {
           pen.strokeStyle = COLOURS[kind] ?? "#fff";
@@ -129,25 +135,26 @@
         pen.lineWidth = scale;
         pen.strokeStyle = kept ? "#fff" : "rgb(255 255 255 / .6)";
         frame(at[0], at[1], 1, 1);
-        if (view.zoom < 8 * scale) { pen.beginPath(); pen.arc(left + x0 + (at[0] + .5) * view.zoom, y0 + (at[1] + .5) * view.zoom, 7 * scale, 0, 7); pen.stroke(); }
+        if (view.zoom < 8 * scale) { pen.beginPath(); pen.arc(x0 + (at[0] + .5) * view.zoom, y0 + (at[1] + .5) * view.zoom, 7 * scale, 0, 7); pen.stroke(); }
       }
-      if (view.zoom >= 56 * scale) numbers(pen, left, x0, y0, part, scale);
+      if (view.zoom >= 56 * scale) numbers(pen, x0, y0, part, scale);
       pen.restore();
     }
     if (state.mode === "side" || state.mode === "wipe") {
       const x = state.mode === "side" ? overlay.width / 2 : overlay.width * state.wipe;
       pen.fillStyle = "#e4e4e4";
-      pen.fillRect(x - scale / 2, 0, scale, overlay.height);
+      if (stacked()) pen.fillRect(0, (overlay.height - scale) / 2, overlay.width, scale);
+      else pen.fillRect(x - scale / 2, 0, scale, overlay.height);
     }
   }
-  function numbers(pen, left, x0, y0, part, scale) { // each pixel's own values, where pixels are large enough
+  function numbers(pen, x0, y0, part, scale) { // each pixel's own values, where pixels are large enough
     pen.font = `${10.5 * scale}px ui-monospace, "DejaVu Sans Mono", monospace`;
     pen.textAlign = "center";
     pen.lineJoin = "round";
     const first = [Math.max(0, Math.floor(-x0 / view.zoom)), Math.max(0, Math.floor(-y0 / view.zoom))];
-    for (let y = first[1]; y < a.height && y0 + y * view.zoom < overlay.height; y++) {
+    for (let y = first[1]; y < a.height && y0 + y * view.zoom < tall(); y++) {
       for (let x = first[0]; x < a.width && x0 + x * view.zoom < pane(); x++) {
-        const middle = left + x0 + (x + .5) * view.zoom;
+        const middle = x0 + (x + .5) * view.zoom;
         const shown = state.mode === "side" ? (part ? b : a) : state.mode === "wipe" ? (middle < overlay.width * state.wipe ? a : b) : state.second ? b : a;
         for (let c = 0; c < 3; c++) {
           const value = state.mode === "difference" ? value_of(b, x, y)[c] - value_of(a, x, y)[c] : value_of(shown, x, y)[c];
@@ -387,14 +394,14 @@
 
   // --- moving ----------------------------------------------------------------------------------------------------
   function fit(moved = true) {
-    Object.assign(view, { x: a.width / 2, y: a.height / 2, zoom: Math.min(pane() / a.width, canvas.height / a.height), moved: false });
+    Object.assign(view, { x: a.width / 2, y: a.height / 2, zoom: Math.min(pane() / a.width, tall() / a.height), moved: false });
     if (moved) refresh();
   }
-  function zoomBy(factor, x = pane() / 2, y = canvas.height / 2) { // the image point under (x, y) stays there
+  function zoomBy(factor, x = pane() / 2, y = tall() / 2) { // the image point under (x, y) stays there
     const zoom = Math.min(400, Math.max(0.1, view.zoom * factor));
     const [x0, y0] = origin();
     const [px, py] = [(x - x0) / view.zoom, (y - y0) / view.zoom];
-    Object.assign(view, { zoom, x: px - (x - pane() / 2) / zoom, y: py - (y - canvas.height / 2) / zoom, moved: true });
+    Object.assign(view, { zoom, x: px - (x - pane() / 2) / zoom, y: py - (y - tall() / 2) / zoom, moved: true });
     refresh();
   }
   function go(index) {
@@ -402,14 +409,14 @@
     if (!all.length) return;
     finding = (index + all.length) % all.length;
     const [x0, y0, x1, y1] = all[finding].box;
-    const zoom = 0.6 * Math.min(pane() / (x1 - x0), canvas.height / (y1 - y0));
+    const zoom = 0.6 * Math.min(pane() / (x1 - x0), tall() / (y1 - y0));
     Object.assign(view, { x: (x0 + x1) / 2, y: (y0 + y1) / 2, zoom: Math.min(64, Math.max(zoom, 0.1)), moved: true });
     [...document.querySelectorAll(".findings li")].forEach((each, i) => each.toggleAttribute("data-current", i === finding));
     refresh();
   }
   function place(event) { // device pixels inside of the pane
     const box = canvas.getBoundingClientRect(), scale = canvas.width / box.width;
-    return [((event.clientX - box.left) * scale) % pane(), (event.clientY - box.top) * scale];
+    return [((event.clientX - box.left) * scale) % pane(), ((event.clientY - box.top) * scale) % tall()];
   }
   function pixel(event) {
     const [x, y] = place(event), [x0, y0] = origin();

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -158,6 +159,40 @@ def browser() -> Iterator[Any]:
         found = playwright.chromium.launch(executable_path=program, args=options)
         yield found
         found.close()
+
+
+STANDARDS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
+
+
+def barriers(page: Any) -> list[str]:
+    """What axe-core finds on a page: contrast, names, roles, headings, sizes of targets, regions that scroll."""
+    try:
+        source = files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8")
+    except ModuleNotFoundError:
+        missing("there is no axe-core: pip install axe-playwright-python")
+    page.evaluate(source)
+    found = page.evaluate(
+        """async (tags) => {
+          const what = (node) => [...node.any, ...node.all, ...node.none][0]?.message;
+          const told = (rule, node) => `${rule.id}: ${node.html.slice(0, 120)}: ${what(node)}`;
+          const found = await axe.run(document, {runOnly: tags});
+          return found.violations.flatMap((rule) => rule.nodes.map((node) => told(rule, node)));
+        }""",
+        STANDARDS,
+    )
+    return list(found)
+
+
+def too_wide(page: Any) -> list[str]:
+    """The elements that end beyond the window, or whose content is wider than they are and is cut off by nobody."""
+    found = page.evaluate(
+        """() => [...document.querySelectorAll("body *")].filter((e) => e.checkVisibility() && e.clientWidth > 1
+          && (e.getBoundingClientRect().right > innerWidth + 1
+            || (e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).overflowX === "visible"
+              && !["INPUT", "SELECT", "OPTION", "CANVAS"].includes(e.tagName))))
+          .filter((e) => !e.closest(".scroll, .hidden")).map((e) => e.outerHTML.slice(0, 120))"""
+    )
+    return list(found)
 
 
 @pytest.fixture(params=[1280])

@@ -17,6 +17,7 @@ from notabug.record import Result
 from notabug.scenes_usd.card import CLASSES
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import write_exr
+from tests.notabug.gallery.conftest import barriers, too_wide
 
 PAGES = ["index.html", "class/texture.html", "matrix.html", "viewer.html", "trend.html", "bench.html"]
 HOSTILE = "../..\\\"'><script>alert(1)</script><img src=x onerror=alert(2)>${7*7}{{7*7}}\u2028"
@@ -36,6 +37,36 @@ def test_nothing_is_wider_than_the_window(tab: Any, site: Any) -> None:
     for page in PAGES:
         tab.open(site.address(page)).wait_for_load_state("load")
         assert tab.page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0, page
+        assert too_wide(tab.page) == [], page
+
+
+def test_the_width_test_can_fail(tab: Any, site: Any) -> None:
+    page = tab.open(site.address("index.html"))
+    page.evaluate("document.querySelector('h2').style.cssText = 'width: 40px; white-space: nowrap'")
+    assert any(each.startswith("<h2") for each in too_wide(page))
+
+
+@pytest.mark.parametrize("tab", [1280, 390], indirect=True)
+def test_axe_finds_no_barrier(tab: Any, built: Path) -> None:
+    for page in PAGES:
+        tab.open(f"{built.as_uri()}/{page}").wait_for_load_state("load")
+        if page == "viewer.html":
+            tab.page.wait_for_selector("#status", state="hidden")
+        assert barriers(tab.page) == [], page
+
+
+def test_axe_finds_what_is_wrong(tab: Any, built: Path) -> None:
+    page = tab.open(f"{built.as_uri()}/index.html")
+    page.evaluate("document.querySelector('.tally').style.color = '#555'; document.querySelector('img').alt = ''")
+    page.evaluate("document.querySelector('img').removeAttribute('alt')")
+    assert {each.split(":")[0] for each in barriers(page)} == {"color-contrast", "image-alt"}
+
+
+def test_a_subset_says_how_many_classes_it_shows(tab: Any, built: Path) -> None:
+    page = tab.open(f"{built.as_uri()}/index.html")
+    said = " ".join(page.locator(".opening p").text_content().split())
+    assert f"Of the {len(CLASSES) - 1} kinds of artifact this gallery shows 1, each with its cause" in said
+    assert page.locator(".taxonomy > li").count() == 1
 
 
 def test_the_site_is_walked_by_keyboard(tab: Any, site: Any) -> None:

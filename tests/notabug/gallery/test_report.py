@@ -15,6 +15,7 @@ from notabug.metrics.verdict import GLYPH, Finding, Leg, Verdict
 from notabug.record import Result
 from notabug.report.page import draw
 from notabug.scenes_usd.picture import write_exr
+from tests.notabug.gallery.conftest import barriers, too_wide
 
 SIDE = 32
 
@@ -217,6 +218,46 @@ def test_nothing_is_wider_than_its_column(tab: Any, run: Path) -> None:
           .map((e) => e.outerHTML.slice(0, 99))"""
     )
     assert wide == []
+    assert too_wide(page) == []
+
+
+@pytest.mark.parametrize("tab", [1280, 390], indirect=True)
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_axe_finds_no_barrier(tab: Any, run: Path, scheme: str) -> None:
+    page = tab.open((run / "report.html").as_uri())
+    page.emulate_media(color_scheme=scheme)
+    assert barriers(page) == []
+    page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
+    assert barriers(page) == []
+    page.get_by_role("button", name="legend").click()
+    assert barriers(page) == []
+
+
+@pytest.mark.parametrize("tab", [1280, 390], indirect=True)
+def test_the_summary_names_what_it_counts(tab: Any, run: Path) -> None:
+    """Each number has its word beside it, at any width, and what there is none of is left out."""
+    page = tab.open((run / "report.html").as_uri())
+    assert page.locator(".summary thead").is_hidden()
+    shown = page.evaluate(
+        """() => [...document.querySelectorAll(".summary tbody tr")].map((row) => [...row.cells].filter(
+          (cell) => cell.checkVisibility()).map((cell) => cell.innerText.trim().split(/\\s+/)[0]
+          + getComputedStyle(cell, "::after").content.replaceAll('"', "").replace("none", "")))"""
+    )
+    rows = {name: numbers for name, *numbers in shown}
+    assert rows["mine"] == ["2 bug", "3 error", "2 unsupported", "5 new", "1 new since baseline"]
+
+
+def test_every_stop_of_the_tab_key_is_seen(tab: Any, run: Path) -> None:
+    page = tab.open((run / "report.html").as_uri())
+    seen = set()
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        stop, style = page.evaluate(
+            "[document.activeElement.outerHTML.slice(0, 80), getComputedStyle(document.activeElement).outlineStyle]"
+        )
+        seen.add(stop)
+        assert style != "none", stop
+    assert len(seen) > 20
 
 
 def test_light_and_dark(tab: Any, run: Path) -> None:

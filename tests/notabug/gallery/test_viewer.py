@@ -230,3 +230,34 @@ def test_help_is_a_dialog_that_closes(quiet: Any, site: Any) -> None:
     assert page.locator("#keys").is_visible()
     page.keyboard.press("Escape")
     assert not page.locator("#keys").is_visible()
+
+
+def test_a_tall_window_has_one_picture_above_the_other(quiet: Any, site: Any, halves: Any) -> None:
+    """Pictures, pixels under the pointer and labels go with it, and a wide window has them side by side again."""
+    page = quiet.page
+    page.set_viewport_size({"width": 1280, "height": 1900})
+    quiet.view(site, "a=reference&b=grey&mode=side")
+    above, x, y = shown(page), 60, 100
+    height, width = above.shape[:2]
+    assert height > 1.5 * width
+    assert page.evaluate("document.querySelector('.stage').clientHeight / innerHeight") > 0.75
+    zoom = min(width / 256, height / 2 / 256)
+
+    def seen(part: int) -> npt.NDArray[np.uint8]:
+        down = int(height / 4 + part * height / 2 + (y + 0.5 - 128) * zoom)
+        return above[down, int(width / 2 + (x + 0.5 - 128) * zoom)]
+
+    reference = store.read(SCENE, VARIANT).pixels[y, x]
+    assert seen(0) == pytest.approx(srgb(reference), abs=1)
+    assert seen(1) == pytest.approx(srgb(halves[y, x]), abs=1)
+    box = page.locator("#picture").bounding_box()
+    for part in (0, 1):
+        down = box["height"] * (1 + 2 * part) / 4 + (y + 0.5 - 128) * zoom * box["height"] / height
+        page.mouse.click(box["x"] + box["width"] / 2 + (x + 0.5 - 128) * zoom * box["width"] / width, box["y"] + down)
+        assert page.locator("#at").text_content() == f"{x}, {y}"
+        page.keyboard.press("Escape")
+        page.mouse.click(box["x"] + box["width"] / 2 + (x + 0.5 - 128) * zoom * box["width"] / width, box["y"] + down)
+    middle = box["y"] + box["height"] / 2
+    assert page.locator("#tag-a").bounding_box()["y"] < middle < page.locator("#tag-b").bounding_box()["y"]
+    page.set_viewport_size({"width": 1280, "height": 860})
+    page.wait_for_selector(".stage:not(.stacked)")
