@@ -65,7 +65,7 @@ def problems(looks: Iterable[Look]) -> dict[Look, SceneError]:
             continue
         try:
             state, refused = _refused.get(look, (None, None))
-            if refused is not None and state == _state(look.path):
+            if refused is not None and state == state_of(look.path):
                 raise refused
             if not _is_known(look):
                 unknown.append(look)
@@ -78,34 +78,38 @@ def problems(looks: Iterable[Look]) -> dict[Look, SceneError]:
                 _read_alone(look)
     for look in unknown:
         state, refused = _refused.get(look, (None, None))
-        if refused is not None and state == _state(look.path):
+        if refused is not None and state == state_of(look.path):
             found[look] = refused
     return found
 
 
 State = list[int] | None
-_passed: dict[Look, State] = {}  # by this process's own knowledge: look, the state of its file
+_passed: dict[Look, dict[str, State]] = {}  # look, its layers' files, their states
 _refused: dict[Look, tuple[State, SceneError]] = {}
 
 
 def _is_known(look: Look) -> bool:
-    """Whether ``look`` passed before as its file is now, in this process or, with the layers it names, in another."""
-    now = _state(look.path)
-    if _passed.get(look) == now:
+    """Whether ``look`` passed before as its file and the layers that it names are now, in this process or in another."""
+    if look in _passed and _are_as(_passed[look]):
         return True
     check_size(look.path)
     try:
         layers = json.loads(_mark(look).read_text(encoding="utf-8"))
-        known = all(_state(Path(name)) == state for name, state in layers.items())
+        known = _are_as(layers)
     except (OSError, ValueError, AttributeError):
         return False
     if known:
-        _passed[look] = now
+        _passed[look] = layers
     return known
 
 
+def _are_as(states: dict[str, State]) -> bool:
+    """Whether the files of ``states`` are in these states."""
+    return all(state_of(Path(name)) == state for name, state in states.items())
+
+
 def _read_alone(look: Look) -> None:
-    state = _state(look.path)
+    state = state_of(look.path)
     if ending := _read_by_child([look]):
         error = SceneError(
             f"reading this file ends its reader: {ending.reason}",
@@ -127,7 +131,7 @@ class _Ending:
 
 def _read_by_child(looks: Sequence[Look]) -> _Ending | None:
     """What went wrong where a child had ``looks``, or None: then they are remembered."""
-    before = [(_state(look.path), _mark(look)) for look in looks]
+    before = [(state_of(look.path), _mark(look)) for look in looks]
     command = [sys.executable, "-P", "-m", "notabug.scenes_usd.untrusted_child", *(look.as_text() for look in looks)]
     with (
         tempfile.TemporaryFile() as told,
@@ -160,11 +164,12 @@ def _read_by_child(looks: Sequence[Look]) -> _Ending | None:
             what, where, expected, got, do = said["outside"]
             _refused[look] = (state, OutsideError(what, where=where, expected=expected, got=got, do=do))
             continue
-        _passed[look] = state
-        if said["layers"] is not None:  # of a scene that was refused for one of them the others were not looked at
+        # of a scene that was refused for a layer the others were not looked at
+        _passed[look] = {str(look.path): state} if said["layers"] is None else said["layers"]
+        if said["layers"] is not None:
             with contextlib.suppress(OSError):  # a full disk costs time: it is read by a child again
                 mark.parent.mkdir(parents=True, exist_ok=True)
-                mark.write_text(json.dumps({name: _state(Path(name)) for name in said["layers"]}), encoding="utf-8")
+                mark.write_text(json.dumps(said["layers"]), encoding="utf-8")
     return None
 
 
@@ -198,7 +203,7 @@ def _ending(code: int, log: bytes) -> _Ending:
     return _Ending(f"exit state {code}", "it is nested too deep, or too large")
 
 
-def _state(path: Path) -> State:
+def state_of(path: Path) -> State:
     """What tells one state of a file from another; None where it is not there."""
     try:
         seen = path.stat()

@@ -2,7 +2,7 @@
 
 ``python -m notabug.scenes_usd.untrusted_child LOOK...`` ends with 0 where each scene was read or refused by name; a
 LOOK is what ``Look.as_text`` writes. Anything else, a crash, a signal or no end, is the answer. For each look it prints
-a line of JSON: ``layers``, the list of the scene's layers' files or null where it was refused for one of them, and
+a line of JSON: ``layers``, the states of the scene's layers' files or null where it was refused for one of them, and
 ``outside``, the parts of the message where it would open a file outside of its folder.
 
 Where the system can confine it (Landlock), it opens no file but below the scenes' folders and where Python and its
@@ -24,7 +24,7 @@ from notabug.scenes_usd.fence import OutsideError, layers_of
 from notabug.scenes_usd.landlock import confine, programs
 from notabug.scenes_usd.look import Look
 from notabug.scenes_usd.reader_stage import read_stage
-from notabug.scenes_usd.untrusted import MEMORY, SECONDS
+from notabug.scenes_usd.untrusted import MEMORY, SECONDS, state_of
 
 
 def main(looks: Sequence[Look]) -> None:
@@ -43,7 +43,7 @@ def main(looks: Sequence[Look]) -> None:
 def _tried(look: Look) -> dict[str, object]:
     layers, outside = None, None
     try:
-        layers = [str(file) for file, _ in layers_of(look.path)]
+        layers = {str(file): state_of(file) for file, _ in layers_of(look.path)}  # before it is read
         read_stage(look.path, look.path.stem, dict(look.variants), look.view)
     except NotabugError as error:  # the process that asks will say the same, but of files outside
         for part in getattr(error, "errors", (error,)):
