@@ -89,7 +89,7 @@ _refused: dict[Look, tuple[State, SceneError]] = {}
 
 
 def _is_known(look: Look) -> bool:
-    """Whether ``look`` passed before as its file and the layers that it names are now, in this process or in another."""
+    """Whether ``look`` passed before, in this process or another, as its file and the layers it names are now."""
     if look in _passed and _are_as(_passed[look]):
         return True
     check_size(look.path)
