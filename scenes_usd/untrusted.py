@@ -30,6 +30,7 @@ from notabug.scenes_usd.cache_folder import cache_root
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.fence import TRUST, OutsideError, check_size
 from notabug.scenes_usd.look import Look
+from notabug.scenes_usd.temporary import temporary_folder
 
 SECONDS = 30  # of processor time in the child
 STILL = 60.0  # seconds on the clock in which a child that waits for something has used no processor time
@@ -132,11 +133,12 @@ class _Ending:
 def _read_by_child(looks: Sequence[Look]) -> _Ending | None:
     """What went wrong where a child had ``looks``, or None: then they are remembered."""
     before = [(state_of(look.path), _mark(look)) for look in looks]
-    command = [sys.executable, "-P", "-m", "notabug.scenes_usd.untrusted_child", *(look.as_text() for look in looks)]
+    child_of = [sys.executable, "-P", "-m", "notabug.scenes_usd.untrusted_child", str(os.getpid())]
+    command = [*child_of, *(look.as_text() for look in looks)]
     with (
         tempfile.TemporaryFile() as told,
         tempfile.TemporaryFile() as log,
-        tempfile.TemporaryDirectory(prefix="notabug-") as own,
+        temporary_folder() as own,
     ):
         child = subprocess.Popen(
             command,
@@ -144,7 +146,7 @@ def _read_by_child(looks: Sequence[Look]) -> _Ending | None:
             stdout=told,
             stderr=log,
             cwd=looks[0].path.parent,
-            env={**os.environ, "TMPDIR": own},
+            env={**os.environ, "TMPDIR": str(own)},
         )
         try:
             ended = _wait(child)

@@ -1,9 +1,10 @@
 """The process in which scenes of unknown making are read first.
 
-``python -m notabug.scenes_usd.untrusted_child LOOK...`` ends with 0 where each scene was read or refused by name; a
-LOOK is what ``Look.as_text`` writes. Anything else, a crash, a signal or no end, is the answer. For each look it prints
-a line of JSON: ``layers``, the states of the scene's layers' files or null where it was refused for one of them, and
-``outside``, the parts of the message where it would open a file outside of its folder.
+``python -m notabug.scenes_usd.untrusted_child PARENT LOOK...`` ends with 0 where each scene was read or refused by
+name; a LOOK is what ``Look.as_text`` writes, PARENT the process with which it ends. Anything else, a crash, a signal or
+no end, is the answer. For each look it prints a line of JSON: ``layers``, the states of the scene's layers' files or
+null where it was refused for one of them, and ``outside``, the parts of the message where it would open a file outside
+of its folder.
 
 Where the system can confine it (Landlock), it opens no file but below the scenes' folders and where Python and its
 libraries are, and writes only below the temporary folder that it was given, TMPDIR.
@@ -24,6 +25,7 @@ from notabug.scenes_usd.fence import OutsideError, layers_of
 from notabug.scenes_usd.landlock import confine, programs
 from notabug.scenes_usd.look import Look
 from notabug.scenes_usd.reader_stage import read_stage
+from notabug.scenes_usd.temporary import end_with
 from notabug.scenes_usd.untrusted import MEMORY, SECONDS, state_of
 
 
@@ -54,4 +56,5 @@ def _tried(look: Look) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    main([Look.from_text(text) for text in sys.argv[1:]])
+    end_with(int(sys.argv[1]))
+    main([Look.from_text(text) for text in sys.argv[2:]])

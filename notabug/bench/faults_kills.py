@@ -56,6 +56,9 @@ class _Attempt:
         self.setting, self.out, self.chance, self.start = setting, out, chance, start
         self.words = ("--jobs", jobs, "--out", str(out))
         self.before = setting.calls()
+        for source in setting.sources:  # other contents of the same meaning: each is first read by a child again
+            path = setting.folder / source
+            path.write_text(f"{path.read_text(encoding='utf-8')}# for {out.name}\n", encoding="utf-8")
         self.final: dict[str, int] = {}  # scene with a result on record: calls of it until then
         self.found: list[str] = []
 

@@ -109,7 +109,7 @@ def test_of_many_variants_the_one_that_ends_its_reader_is_refused(
     start = subprocess.Popen
 
     def started(command: list[str], **how: Any) -> Any:
-        harms = any(("light", "point") in Look.from_text(text).variants for text in command[4:])
+        harms = any(("light", "point") in Look.from_text(text).variants for text in command[5:])
         return start([sys.executable, "-S", "-c", "import os; os.abort()"] if harms else command, **how)
 
     monkeypatch.setattr(subprocess, "Popen", started)

@@ -311,7 +311,7 @@ def ends_at_bomb(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Look]:
     start = subprocess.Popen
 
     def started(command: list[str], **how: Any) -> Any:
-        looks = [Look.from_text(text) for text in command[4:]]
+        looks = [Look.from_text(text) for text in command[5:]]
         seen.extend(looks)
         harms = any(look.variants == (("bomb", "yes"),) or look.view.time == 7 for look in looks)
         harms = harms or any(look.view.camera == "/C" for look in looks)
