@@ -21,6 +21,7 @@ if sys.platform != "win32":  # which has no such locks: there the system's own t
     import fcntl
 
 _HELD, _NEW = "notabug-held-", "notabug-new-"  # a folder is new until it is held
+_FREE = "notabug-free-"  # where none can be held, and none is removed by others
 _SOON = 60.0  # seconds: a new folder that is older was left
 _SET_PDEATHSIG = 1  # of prctl(2)
 
@@ -31,11 +32,14 @@ def temporary_folder() -> Iterator[Path]:
     remove_left()
     new = Path(tempfile.mkdtemp(prefix=_NEW))
     with contextlib.ExitStack() as closing:
+        prefix = _FREE
         if sys.platform != "win32":
             opened = os.open(new, os.O_RDONLY)
             closing.callback(os.close, opened)
-            fcntl.flock(opened, fcntl.LOCK_SH)
-        folder = new.rename(new.with_name(new.name.replace(_NEW, _HELD, 1)))
+            with contextlib.suppress(OSError):  # a file system without locks
+                fcntl.flock(opened, fcntl.LOCK_SH)
+                prefix = _HELD
+        folder = new.rename(new.with_name(new.name.replace(_NEW, prefix, 1)))
         closing.callback(shutil.rmtree, folder, ignore_errors=True)
         yield folder
 

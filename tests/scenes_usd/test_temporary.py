@@ -34,6 +34,21 @@ def test_a_folder_is_gone_afterwards(place: Path) -> None:
     assert not list(place.iterdir())
 
 
+def test_where_nothing_can_be_held_nothing_is_removed_by_others(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuses(*_: object) -> None:
+        raise OSError("no locks here")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("fcntl.flock", refuses)
+        manager = temporary_folder()
+        folder = manager.__enter__()
+    os.utime(folder, (time.time() - 3600.0,) * 2)
+    remove_left()
+    assert folder.is_dir()
+    manager.__exit__(None, None, None)
+    assert not list(place.iterdir())
+
+
 HOLDS = """
 import tempfile, time
 from notabug.scenes_usd.temporary import temporary_folder
