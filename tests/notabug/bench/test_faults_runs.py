@@ -110,6 +110,8 @@ def attempt(setting: Setting, monkeypatch: pytest.MonkeyPatch) -> Any:
     (out / "own/a/b/slow").mkdir(parents=True)
     (out / "own/a/b/slow/result.json").write_text('{"result": {"scene": "good"}}')
     record(out, {"good": ("pass", ""), "negative": ("pass", "")})
+    for source in setting.sources:
+        (setting.folder / source).write_text("#usda 1.0\n")
     monkeypatch.setattr(Setting, "run", lambda self, *words: (0, ""))
     return faults_kills._Attempt(setting, out, "1", random.Random(0), 0.0)
 
