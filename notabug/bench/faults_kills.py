@@ -7,6 +7,7 @@ judging and the writing of records.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import random
 import signal
@@ -28,9 +29,10 @@ _LOOK = 0.005
 def take(seed: int, number: int, kills: int = KILLS) -> list[str]:
     """Kill runs in the folder ``number`` of ``seed`` so many times; what is wrong with what became of them."""
     chance = random.Random(f"{seed} kills {number}")  # noqa: S311 - no secret depends on it
-    with tempfile.TemporaryDirectory(prefix="notabug-") as name:
+    with tempfile.TemporaryDirectory(prefix="notabug-") as name, contextlib.ExitStack() as closing:
         names = [f"scene{index}" for index in range(SCENES)]
         setting = lay_out(Path(name).resolve(), names, environment={"PAUSE": str(PAUSE)}, retries=0)
+        closing.callback(setting.end_all)  # where the bench itself is stopped
         jobs = chance.choice(("1", "2"))
         whole = setting.folder / "whole"
         begun, process = time.monotonic(), setting.start("--jobs", jobs, "--out", str(whole))
