@@ -138,7 +138,7 @@ class Command:
     def _check(self, picture: Path, size: tuple[int, int], began: float, ended: Ended) -> None:
         """Raise RendererError where ``picture`` is not of the declared kind and of ``size``, and written just now."""
         where, log = self.name, ended.log
-        if picture.is_symlink():
+        if picture.resolve() != picture:  # the file, or the folder that was made for it
             raise failure("the picture is a link to another file", where=where, log=log, do="write the file itself")
         made_picture(picture, where=where, log=log)
         if picture.stat().st_mtime < began - _TICK:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import os
 import sys
-import tempfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -17,6 +16,7 @@ from pathlib import Path
 from notabug.adapters.base import RendererError, RendererMissingError
 from notabug.adapters.process import run_child
 from notabug.scenes_usd.cache_folder import cache_root
+from notabug.scenes_usd.temporary import temporary_folder
 
 COMPLETE = "notabug-environment.json"  # in the environment's folder once all of it is there: what was installed
 _PROBE_SECONDS = 60.0
@@ -109,10 +109,10 @@ def version_in(python: str, distribution: str, *, where: str, install: str) -> s
 @cache
 def _version_in(python: str, distribution: str) -> str:
     """ "" where ``python`` does not have ``distribution``, or does not run."""
-    with tempfile.TemporaryDirectory(prefix="notabug-version-") as folder:
+    with temporary_folder() as folder:
         try:
             ended = run_child(
-                [python, "-c", _TELL, distribution], where=distribution, folder=Path(folder), timeout=_PROBE_SECONDS
+                [python, "-c", _TELL, distribution], where=distribution, folder=folder, timeout=_PROBE_SECONDS
             )
         except RendererError:
             return ""

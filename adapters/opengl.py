@@ -9,7 +9,6 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import sys
-import tempfile
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -28,6 +27,7 @@ from notabug.adapters.zbuffer import CAPABILITIES, grid, rasterised
 from notabug.references.models.phong import with_lobe
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.temporary import temporary_folder
 
 INSTALL = "pip install notabug[opengl]; apt install libegl1 libgl1 libgl1-mesa-dri"
 _PROBE_SECONDS = 60.0
@@ -114,8 +114,8 @@ def _probe(python: str, name: str) -> str:
     """What a context says of itself; raises RendererMissingError where there is none."""
     command = [python, "-P", "-m", "notabug.adapters.opengl_child", "--probe"]
     try:
-        with tempfile.TemporaryDirectory(prefix="notabug-opengl-") as folder:
-            ended = run_child(command, where=name, folder=Path(folder), timeout=_PROBE_SECONDS).check(name)
+        with temporary_folder() as folder:
+            ended = run_child(command, where=name, folder=folder, timeout=_PROBE_SECONDS).check(name)
         said = json.loads(ended.log.splitlines()[-1])
         return f"{said['renderer']}, OpenGL {said['version']}"
     except (RendererError, ValueError, IndexError) as error:

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -41,6 +40,7 @@ from notabug.adapters.requirements import check_supported
 from notabug.adapters.tachyon_scene import scene_text
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Floats, Scene
+from notabug.scenes_usd.temporary import temporary_folder
 
 _PROGRAMS = ("tachyon-nox", "tachyon")
 _VERSION = re.compile(r"Tachyon .*Ray Tracer\s+Version ([\w.]+)")
@@ -136,8 +136,8 @@ class Tachyon:
 @cache
 def _first_words(program: str) -> str:
     """What Tachyon prints before it looks for its scene, which is not there."""
-    with tempfile.TemporaryDirectory(prefix="notabug-tachyon-") as folder:
-        return run_child([program, "none.dat"], where="tachyon", folder=Path(folder), timeout=_PROBE_SECONDS).log
+    with temporary_folder() as folder:
+        return run_child([program, "none.dat"], where="tachyon", folder=folder, timeout=_PROBE_SECONDS).log
 
 
 def _check_highlights(name: str, scene: Scene) -> None:

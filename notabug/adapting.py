@@ -21,7 +21,8 @@ def command(*, source: str, out: Path, variants: list[str], view: View, size: st
     """Write the layer ``out`` over ``source`` and print what it says."""
     if out.suffix not in SUFFIXES[:3]:
         raise SelectionError("not a USD layer", where="--out", expected="a .usda, .usdc or .usd file", got=str(out))
-    path = find(source)
+    chosen = one_variant(variants)
+    path = find(source, chosen, view)
     target = out.resolve()
     if target == path:
         raise SelectionError("the scene itself", where="--out", got=str(out), do="name another file")
@@ -32,7 +33,7 @@ def command(*, source: str, out: Path, variants: list[str], view: View, size: st
             expected=f"a file in {path.parent}, or above it",
             got=str(out),
         )
-    made = adapt(path, target, one_variant(variants), view, _pixels(size))
+    made = adapt(path, target, chosen, view, _pixels(size))
     if as_json:
         print(json.dumps(_document(source, out, made), ensure_ascii=False))
     else:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,6 +31,7 @@ from notabug.run import find_renderers
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.temporary import temporary_folder
 from notabug.selection import Choice
 from notabug.tool import fingerprint
 from notabug.words import number
@@ -124,8 +123,8 @@ class _Drawn:
 def _draw(adapter: Adapter, choice: Choice, quality: Quality) -> _Drawn:
     """Draw the card twice, the second time with the first seed only; raises UnsupportedError."""
     scene = read_scene(choice.source, choice.variants)
-    with tempfile.TemporaryDirectory(prefix="notabug-") as folder:
-        first, second = Path(folder) / "first", Path(folder) / "second"
+    with temporary_folder() as folder:
+        first, second = folder / "first", folder / "second"
         first.mkdir()
         second.mkdir()
         renders = adapter.render(scene, first, quality)

@@ -364,7 +364,7 @@ def bench(
     ] = 0,
     part: Annotated[
         list[BenchPart] | None,
-        typer.Option("--part", help="Of generality; again for more. Default: scenes."),
+        typer.Option("--part", help="Of generality (default: scenes) or of faults (all); again for more."),
     ] = None,
     names: Annotated[bool, typer.Option(help="Look for the fault behind each bug (generality): half a minute.")] = True,
     reduce: Annotated[bool, typer.Option(help="Shrink the scene of each bug (generality).")] = False,
@@ -372,17 +372,19 @@ def bench(
 ) -> None:
     """Measure what notabug costs (speed), how well it judges (verdict), whether it is right on scenes outside the
     corpus (generality), and of renderers: error over time (efficiency), where they break (stability), and which
-    relations between pictures they break (metamorphic). How damaged pictures, scenes, configurations and records are
-    taken (faults)."""
+    relations between pictures they break (metamorphic). Whether what is promised under attack and failure holds: a
+    renderer's misdeeds, runs that are killed, disks that fill, damaged files (faults)."""
     if what is not Bench.speed:  # which writes no files
         from notabug.own_folder import claim
 
         claim(out, "bench")
+    parts = [each.value for each in part or []]
     if what is Bench.generality:
         from notabug.bench.generality.command import command as generality
+        from notabug.bench.generality.jobs import as_parts
 
         code = generality(
-            parts=[each.value for each in part or [BenchPart.scenes]],
+            parts=as_parts(parts or ["scenes"]),
             scenes=scenes,
             seed=seed,
             renderers=renderer or [],
@@ -397,7 +399,7 @@ def bench(
     if what is Bench.faults:
         from notabug.bench.faults import command as faults
 
-        raise typer.Exit(faults(quick=quick, seed=seed, out=out, resume=resume, as_json=as_json))
+        raise typer.Exit(faults(parts=parts, quick=quick, seed=seed, out=out, resume=resume, as_json=as_json))
     if what is Bench.verdict:
         from notabug.bench.verdict.command import command as verdict
 

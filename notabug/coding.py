@@ -7,9 +7,6 @@ the picture has been moved towards the nearest admissible one by what the same c
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 import numpy.typing as npt
 
@@ -17,6 +14,7 @@ from notabug.metrics.neighbours import extreme
 from notabug.scenes_usd.picture import Pixels, read_picture, write_coded
 from notabug.scenes_usd.picture_numbers import Lossy
 from notabug.scenes_usd.srgb import decode_srgb, encode_srgb
+from notabug.scenes_usd.temporary import temporary_folder
 
 # An edge that crosses a block elsewhere by a part of a pixel is lost otherwise, at most as much again.
 SPARE = 2.0
@@ -45,8 +43,8 @@ def _loss(picture: Floats, lossy: Lossy, *, srgb: bool) -> Floats:
 
 def _coded(picture: Floats, lossy: Lossy, *, srgb: bool) -> Pixels:
     values = np.asarray(picture, np.float32)
-    with tempfile.TemporaryDirectory(prefix="notabug-") as folder:
-        path = Path(folder) / f"coded{lossy.suffix}"
+    with temporary_folder() as folder:
+        path = folder / f"coded{lossy.suffix}"
         write_coded(path, encode_srgb(values) if srgb else values, lossy.stored, lossy.attributes)
         read = read_picture(path).pixels
     return decode_srgb(read) if srgb else read

@@ -18,6 +18,7 @@ from filelock import FileLock, Timeout
 from notabug.adapters.trees import make, remove
 from notabug.own_folder import claim
 from notabug.scenes_usd.errors import FileError, NotabugError
+from notabug.scenes_usd.temporary import remove_left
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.,=+-]")
 _LONGEST = 80  # characters of one folder name: with its hash well below the 255 bytes that file systems allow
@@ -42,6 +43,7 @@ def sole_writer(out: Path) -> Iterator[None]:
         raise FileError.of(error, where=str(out), do="choose a folder that can be written to with --out") from error
     try:
         _remove_partial(out)
+        remove_left()
         yield
     finally:
         lock.release()

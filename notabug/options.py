@@ -66,12 +66,19 @@ class Bench(StrEnum):
 
 
 class BenchPart(StrEnum):
-    """What ``notabug bench generality`` looks at."""
+    """What ``notabug bench generality`` or ``bench faults`` looks at; scenes are a part of both."""
 
     scenes = "scenes"
     meshes = "meshes"
     faults = "faults"
     limitations = "limitations"
+    misdeeds = "misdeeds"
+    kills = "kills"
+    disks = "disks"
+    pictures = "pictures"
+    configurations = "configurations"
+    expectations = "expectations"
+    records = "records"
 
 
 class FailOn(StrEnum):

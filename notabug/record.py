@@ -13,7 +13,7 @@ from typing import Any
 from notabug.expectation import State, Statement
 from notabug.metrics.verdict import GLYPH, Verdict
 from notabug.scenes_usd.errors import NotabugError
-from notabug.shape import FLAG, NAME, NUMBER, TEXT, WHOLE, Fields, Many, Value, check, read_document
+from notabug.shape import FILE, FLAG, NAME, NUMBER, TEXT, WHOLE, Fields, Many, Value, check, read_document
 from notabug.shape import RecordError as RecordError
 
 SCHEMA = 1
@@ -150,12 +150,12 @@ RESULT = Fields(
         "samples": WHOLE,
         "seeds": WHOLE,
         "seconds": Fields({"render": NUMBER, "judge": NUMBER}),
-        "image": NAME,
-        "images": Many(NAME, named=True),
+        "image": FILE,
+        "images": Many(FILE, named=True),
         "size": Many(NUMBER, length=2),
         "renderer_command": Many(TEXT),
     },
-    {"state": TEXT, "because": TEXT, "fails": FLAG, "log": TEXT, "channels": Many(TEXT), "notes": Many(TEXT)},
+    {"state": TEXT, "because": TEXT, "fails": FLAG, "log": FILE, "channels": Many(TEXT), "notes": Many(TEXT)},
 )
 _TOOL = dict.fromkeys(("name", "version", "models", "code", "python", "platform"), TEXT)
 _JOBS = {"executor": TEXT, "at_once": WHOLE, "threads": WHOLE, "shard": TEXT}

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +17,7 @@ from notabug.metrics.verdict import Verdict
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.scene import Material, Mesh, Scene
+from notabug.scenes_usd.temporary import temporary_folder
 
 Pixels = npt.NDArray[np.floating]
 Holds = Callable[[Scene], bool]
@@ -58,8 +57,8 @@ class Examiner:
 
     def show(self, scene: Scene) -> Shown:
         self.tried += 1
-        with tempfile.TemporaryDirectory(prefix="notabug-") as folder:
-            made = self.adapter.render(scene, Path(folder), self.quality)
+        with temporary_folder() as folder:
+            made = self.adapter.render(scene, folder, self.quality)
             pictures = [read_picture(each.image).pixels for each in made]
         judged = judge(pictures, scene, self.declaration, perceive=False)
         return Shown(scene, judged.verdict, judged.mean, judged.nearest, made[0].samples)

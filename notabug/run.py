@@ -28,7 +28,7 @@ from notabug.scenes_usd.errors import FileError, NotabugError, SceneError, is_of
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 from notabug.selection import Choice
-from notabug.shape import NAME, NUMBER, TEXT, WHOLE, Fields, Many, Shape, check
+from notabug.shape import FILE, NUMBER, TEXT, WHOLE, Fields, Many, Shape, check
 from notabug.tool import fingerprint, tool
 
 SAVING = 0.02  # share of a run's time that its record may take while it goes on
@@ -424,7 +424,7 @@ def _fresh(state: Run, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
     return result
 
 
-_PICTURE: dict[str, Shape] = {"image": NAME, "seed": WHOLE, "samples": WHOLE, "seconds": NUMBER, "command": Many(TEXT)}
+_PICTURE: dict[str, Shape] = {"image": FILE, "seed": WHOLE, "samples": WHOLE, "seconds": NUMBER, "command": Many(TEXT)}
 _RENDERS = Fields({"key": TEXT, "renders": Many(Fields(_PICTURE))})  # of renders.json
 _OF_RENDERS = frozenset({LOCK, "renders", "renders.json", "log.txt"})  # what another judge's result is made from
 

@@ -76,7 +76,7 @@ def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_
     sources = list(dict.fromkeys(source for word in scenes or ["*"] for source in _sources(word)))
     if not sources:
         raise NothingSelectedError("no scene matches", got=" ".join(scenes), do="see `notabug list scenes`")
-    wrong: dict[str, SceneError] = look_through(sources)
+    wrong = {source: error for (source, _), error in look_through((source, ()) for source in sources).items()}
     refused = [_refused(source, wrong[source]) for source in sources if source in wrong]
     sources = [source for source in sources if source not in wrong]
     if not sources:
@@ -99,7 +99,17 @@ def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_
             full = frozenset({**entry.defaults, **variants}.items())  # a default that is named is no other choice
             choices.setdefault((source, full), _choice(source, entry.path, variants))
     _refuse(list(sets.values()), wanted)
-    return [*choices.values(), *refused]
+    return [*_without_harm(list(choices.values())), *refused]
+
+
+def _without_harm(choices: Sequence[Choice]) -> list[Choice]:
+    """``choices``, those refused that would harm whoever reads them: their variants may hold more than the default."""
+    asked = [(choice.source, tuple(sorted(choice.variants.items()))) for choice in choices]
+    wrong = look_through(asked)
+    return [
+        replace(choice, refused=str(wrong[look])) if look in wrong else choice
+        for choice, look in zip(choices, asked, strict=True)
+    ]
 
 
 def _refused(source: str, error: SceneError) -> Choice:

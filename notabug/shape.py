@@ -33,6 +33,7 @@ class Value:
     words: frozenset[str] = frozenset()
     longest: int = LONGEST
     is_name: bool = False  # a text without NUL
+    is_file: bool = False  # a name that the system can be asked for
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +56,7 @@ class Fields:
 Shape = Value | Many | Fields
 TEXT, NUMBER, WHOLE, FLAG = Value("text"), Value("number"), Value("whole"), Value("flag")
 NAME = Value("text", longest=4096, is_name=True)  # as long as the system's longest path
+FILE = Value("text", longest=4096, is_name=True, is_file=True)
 
 
 def read_document(path: Path, shape: Shape) -> dict[str, Any]:
@@ -105,6 +107,8 @@ def _check_plain(value: Any, shape: Value, where: str) -> None:
     if shape.kind == "text":
         if not isinstance(value, str) or len(value) > shape.longest or (shape.is_name and "\0" in value):
             raise _wrong(where, "a text", value)
+        if shape.is_file and not _can_be_asked_for(value):
+            raise _wrong(where, "the name of a file", value)
         if shape.words and value not in shape.words:
             raise _wrong(where, f"one of {', '.join(sorted(shape.words))}", value)
     elif shape.kind == "flag":
@@ -116,6 +120,15 @@ def _check_plain(value: Any, shape: Value, where: str) -> None:
             raise _wrong(where, "a whole number" if shape.kind == "whole" else "a number", value)
         if isinstance(value, float) and not math.isfinite(value):
             raise _wrong(where, "a finite number", value)
+
+
+def _can_be_asked_for(name: str) -> bool:
+    """Whether ``name`` has bytes: half a surrogate pair has none, but for those that stand for bytes themselves."""
+    try:
+        name.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _wrong(where: str, expected: str, value: Any) -> RecordError:

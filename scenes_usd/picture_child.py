@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import signal
 import subprocess
 import sys
-import tempfile
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ import numpy as np
 
 from notabug.scenes_usd.landlock import confine, programs
 from notabug.scenes_usd.picture_header import PictureError
+from notabug.scenes_usd.temporary import end_with, temporary_folder
 
 SECONDS = 20  # of processor time
 MEMORY = 2 << 30  # bytes of address space, beside what the program itself maps
@@ -29,9 +30,9 @@ _PARTS = ("what", "where", "expected", "got", "do")
 
 def read_by_child(path: Path, layer: str, srgb: bool, header: bool) -> dict[str, Any]:
     """The fields of the Picture, or Header, in the file at ``path``; raises PictureError."""
-    with tempfile.TemporaryDirectory(prefix="notabug-") as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         request = {"path": str(path.resolve()), "layer": layer, "srgb": srgb, "header": header, "where": str(path)}
+        request["parent"] = os.getpid()
         (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
         command = [sys.executable, "-P", "-m", "notabug.scenes_usd.picture_child", str(folder / "request.json")]
         ended = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
@@ -58,6 +59,7 @@ def main(request: Path) -> None:
 
     asked = json.loads(request.read_text(encoding="utf-8"))
     path = Path(asked["path"])
+    end_with(asked["parent"])
     with contextlib.suppress(ImportError, ValueError):  # not everywhere
         import resource
 

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.fence import SUFFIXES as SUFFIXES
+from notabug.scenes_usd.look import Look
 from notabug.scenes_usd.scene import Scene
-from notabug.scenes_usd.untrusted import check_scenes, problems
+from notabug.scenes_usd.untrusted import check_looks, problems
 
 if TYPE_CHECKING:
     from notabug.scenes_usd.reader_stage import Survey
@@ -28,7 +29,7 @@ def read_scene(source: str | Path, variants: Mapping[str, str] | None = None) ->
     Raises SelectionError for a scene, variant set or variant that does not exist, and SceneError, which names the prim
     and the attribute, for everything in the file that the contract cannot say.
     """
-    path = find(source)
+    path = find(source, variants)
     return _read(path, variants or {})
 
 
@@ -39,17 +40,17 @@ def survey_scene(source: str | Path, variants: Mapping[str, str] | None = None, 
     """
     from notabug.scenes_usd.reader_stage import survey_stage
 
-    path = find(source)
+    path = find(source, variants, view)
     return survey_stage(path, scene_id(path), variants or {}, view)
 
 
-def find(source: str | Path) -> Path:
-    """The file of a corpus id or a path."""
+def find(source: str | Path, variants: Mapping[str, str] | None = None, view: View | None = None) -> Path:
+    """The file of a corpus id or a path; raises SceneError where reading it under that choice would harm."""
     path = Path(source)
     if path.suffix in SUFFIXES:
         if not path.is_file():
             raise SceneError("no such file", where=str(source), do="check the path")
-        check_scenes([path.resolve()])
+        check_looks([Look.at(path.resolve(), variants, view)])
         return path.resolve()
     corpus = CORPUS / f"{source}.usda"
     if isinstance(source, str) and len(path.parts) == 2 and ".." not in path.parts and corpus.is_file():
@@ -60,14 +61,22 @@ def find(source: str | Path) -> Path:
     )
 
 
-def look_through(sources: Iterable[str]) -> dict[str, SceneError]:
-    """Have the scenes among ``sources`` that are files checked together: one by one it takes a process for each.
+Asked = tuple[str, tuple[tuple[str, str], ...]]
+"""A source, and variants that are chosen."""
 
-    What is wrong with those that reading would harm, by source.
+
+def look_through(asked: Iterable[Asked]) -> dict[Asked, SceneError]:
+    """Have the scenes of ``asked`` that are files checked together: one by one it takes a process for each.
+
+    What is wrong with those that reading would harm.
     """
-    files = {each: Path(each).resolve() for each in sources if each.endswith(SUFFIXES) and Path(each).is_file()}
-    wrong = problems(files.values())
-    return {source: wrong[path] for source, path in files.items() if path in wrong}
+    looks = {
+        (source, variants): Look.at(Path(source).resolve(), dict(variants))
+        for source, variants in asked
+        if source.endswith(SUFFIXES) and Path(source).is_file()
+    }
+    wrong = problems(looks.values())
+    return {each: wrong[look] for each, look in looks.items() if look in wrong}
 
 
 def scene_id(path: Path) -> str:

@@ -7,7 +7,6 @@ texture is one twice as large that repeats, one with a black border is one with 
 from __future__ import annotations
 
 import math
-import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -22,6 +21,7 @@ from notabug.scenes_usd.reader_values import ROUNDED, check_number, checked, fau
 from notabug.scenes_usd.reading import note
 from notabug.scenes_usd.scene import Floats, Texture
 from notabug.scenes_usd.srgb import decode_srgb
+from notabug.scenes_usd.temporary import temporary_folder
 
 _INPUTS = {"file", "st", "wrapS", "wrapT", "sourceColorSpace", "scale", "bias", "fallback"}
 _TRANSFORM_INPUTS = {"in", "rotation", "scale", "translation"}
@@ -209,8 +209,8 @@ def _read_asset(name: str) -> Picture:
     if not asset:
         raise PictureError("cannot be opened in its package", where=name)
     inner = Ar.SplitPackageRelativePathInner(name)[1]
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / f"texture{Path(inner).suffix}"
+    with temporary_folder() as folder:
+        copy = folder / f"texture{Path(inner).suffix}"
         copy.write_bytes(asset.GetBuffer())
         return read_picture(copy)
 

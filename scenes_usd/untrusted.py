@@ -2,7 +2,8 @@
 
 Two fences. A scene may name only files below its own folder (``fence``). And it is first read in a child process with
 limits of processor time and of memory, since nesting without end, arrays without end and prims that double at each
-level end OpenUSD's parser or this process before any check could. A scene that has passed is remembered by its
+level end OpenUSD's parser or this process before any check could. What one variant, frame or camera shows says nothing
+of what another costs, so each look at a scene passes by itself. One that has passed is remembered by the scene's
 contents and by the states of the layers that it names.
 
 ``NOTABUG_TRUST`` names a folder (or several, as in PATH) whose scenes pass both fences unseen.
@@ -28,13 +29,15 @@ import psutil
 from notabug.scenes_usd.cache_folder import cache_root
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.fence import TRUST, OutsideError, check_size
+from notabug.scenes_usd.look import Look
+from notabug.scenes_usd.temporary import temporary_folder
 
 SECONDS = 30  # of processor time in the child
 STILL = 60.0  # seconds on the clock in which a child that waits for something has used no processor time
 LOOK = 1.0  # seconds from one look at it to the next
 MEMORY = 4 << 30  # bytes of address space in the child
 TOGETHER = 32  # scenes that one child reads
-RULES = "2"  # of the fence: a scene that passed under others is read again
+RULES = "3"  # of the fence: a scene that passed under others is read again
 
 
 def is_trusted(path: Path) -> bool:
@@ -44,75 +47,79 @@ def is_trusted(path: Path) -> bool:
     return any(path.is_relative_to(each) for each in (corpus, *named))
 
 
-def check_scenes(paths: Iterable[Path]) -> None:
-    """Raise SceneError where reading one of ``paths``, which are resolved, would harm."""
-    for error in problems(paths).values():
+def check_looks(looks: Iterable[Look]) -> None:
+    """Raise SceneError where reading one of ``looks`` would harm."""
+    for error in problems(looks).values():
         raise error
 
 
-def problems(paths: Iterable[Path]) -> dict[Path, SceneError]:
-    """What is wrong with those of ``paths``, which are resolved, that would harm whoever reads them.
+def problems(looks: Iterable[Look]) -> dict[Look, SceneError]:
+    """What is wrong with those of ``looks`` that would harm whoever reads them.
 
     What is not known from before is read by a child: one for many of them, which takes little longer than one for each
     takes to start. Where that goes wrong each is read by a child of its own, which tells the one at fault.
     """
-    found: dict[Path, SceneError] = {}
+    found: dict[Look, SceneError] = {}
     unknown = []
-    for path in dict.fromkeys(paths):
-        if is_trusted(path):
+    for look in dict.fromkeys(looks):
+        if is_trusted(look.path):
             continue
         try:
-            state, refused = _refused.get(path, (None, None))
-            if refused is not None and state == _state(path):
+            state, refused = _refused.get(look, (None, None))
+            if refused is not None and state == state_of(look.path):
                 raise refused
-            if not _is_known(path):
-                unknown.append(path)
+            if not _is_known(look):
+                unknown.append(look)
         except SceneError as error:
-            found[path] = error
+            found[look] = error
     for start in range(0, len(unknown), TOGETHER):
         part = unknown[start : start + TOGETHER]
         if len(part) == 1 or _read_by_child(part):
-            for path in part:
-                _read_alone(path)
-    for path in unknown:
-        state, refused = _refused.get(path, (None, None))
-        if refused is not None and state == _state(path):
-            found[path] = refused
+            for look in part:
+                _read_alone(look)
+    for look in unknown:
+        state, refused = _refused.get(look, (None, None))
+        if refused is not None and state == state_of(look.path):
+            found[look] = refused
     return found
 
 
 State = list[int] | None
-_passed: dict[Path, State] = {}  # by this process's own knowledge: file, its state
-_refused: dict[Path, tuple[State, SceneError]] = {}
+_passed: dict[Look, dict[str, State]] = {}  # look, its layers' files, their states
+_refused: dict[Look, tuple[State, SceneError]] = {}
 
 
-def _is_known(path: Path) -> bool:
-    """Whether ``path`` passed before as it is now, in this process or, with the layers that it names, in another."""
-    now = _state(path)
-    if _passed.get(path) == now:
+def _is_known(look: Look) -> bool:
+    """Whether ``look`` passed before, in this process or another, as its file and the layers it names are now."""
+    if look in _passed and _are_as(_passed[look]):
         return True
-    check_size(path)
+    check_size(look.path)
     try:
-        layers = json.loads(_mark(path).read_text(encoding="utf-8"))
-        known = all(_state(Path(name)) == state for name, state in layers.items())
+        layers = json.loads(_mark(look).read_text(encoding="utf-8"))
+        known = _are_as(layers)
     except (OSError, ValueError, AttributeError):
         return False
     if known:
-        _passed[path] = now
+        _passed[look] = layers
     return known
 
 
-def _read_alone(path: Path) -> None:
-    state = _state(path)
-    if ending := _read_by_child([path]):
+def _are_as(states: dict[str, State]) -> bool:
+    """Whether the files of ``states`` are in these states."""
+    return all(state_of(Path(name)) == state for name, state in states.items())
+
+
+def _read_alone(look: Look) -> None:
+    state = state_of(look.path)
+    if ending := _read_by_child([look]):
         error = SceneError(
             f"reading this file ends its reader: {ending.reason}",
-            where=str(path),
+            where=str(look),
             expected=f"{SECONDS} s of processor time and {MEMORY >> 30} GiB to be enough",
             got=ending.state,
             do=f"make it smaller; or set {TRUST} to its folder where you trust it",
         )
-        _refused[path] = (state, error)
+        _refused[look] = (state, error)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,22 +130,23 @@ class _Ending:
     reason: str
 
 
-def _read_by_child(paths: Sequence[Path]) -> _Ending | None:
-    """What went wrong where a child read ``paths``, or None: then they are remembered."""
-    before = [(_state(path), _mark(path)) for path in paths]
-    command = [sys.executable, "-P", "-m", "notabug.scenes_usd.untrusted_child", *map(str, paths)]
+def _read_by_child(looks: Sequence[Look]) -> _Ending | None:
+    """What went wrong where a child had ``looks``, or None: then they are remembered."""
+    before = [(state_of(look.path), _mark(look)) for look in looks]
+    child_of = [sys.executable, "-P", "-m", "notabug.scenes_usd.untrusted_child", str(os.getpid())]
+    command = [*child_of, *(look.as_text() for look in looks)]
     with (
         tempfile.TemporaryFile() as told,
         tempfile.TemporaryFile() as log,
-        tempfile.TemporaryDirectory(prefix="notabug-") as own,
+        temporary_folder() as own,
     ):
         child = subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
             stdout=told,
             stderr=log,
-            cwd=paths[0].parent,
-            env={**os.environ, "TMPDIR": own},
+            cwd=looks[0].path.parent,
+            env={**os.environ, "TMPDIR": str(own)},
         )
         try:
             ended = _wait(child)
@@ -150,19 +158,20 @@ def _read_by_child(paths: Sequence[Path]) -> _Ending | None:
         lines = told.read().decode("utf-8", "replace").splitlines()
         if not ended:
             return _Ending(f"no processor time used in {STILL:g} s", "it waits for something without end")
-        if child.returncode or len(lines) != len(paths):
+        if child.returncode or len(lines) != len(looks):
             return _ending(child.returncode, log.read(1 << 20))
-    for path, (state, mark), line in zip(paths, before, lines, strict=True):
+    for look, (state, mark), line in zip(looks, before, lines, strict=True):
         said = json.loads(line)
         if said["outside"] is not None:
             what, where, expected, got, do = said["outside"]
-            _refused[path] = (state, OutsideError(what, where=where, expected=expected, got=got, do=do))
+            _refused[look] = (state, OutsideError(what, where=where, expected=expected, got=got, do=do))
             continue
-        _passed[path] = state
-        if said["layers"] is not None:  # of a scene that was refused for one of them the others were not looked at
+        # of a scene that was refused for a layer the others were not looked at
+        _passed[look] = {str(look.path): state} if said["layers"] is None else said["layers"]
+        if said["layers"] is not None:
             with contextlib.suppress(OSError):  # a full disk costs time: it is read by a child again
                 mark.parent.mkdir(parents=True, exist_ok=True)
-                mark.write_text(json.dumps({name: _state(Path(name)) for name in said["layers"]}), encoding="utf-8")
+                mark.write_text(json.dumps(said["layers"]), encoding="utf-8")
     return None
 
 
@@ -196,7 +205,7 @@ def _ending(code: int, log: bytes) -> _Ending:
     return _Ending(f"exit state {code}", "it is nested too deep, or too large")
 
 
-def _state(path: Path) -> State:
+def state_of(path: Path) -> State:
     """What tells one state of a file from another; None where it is not there."""
     try:
         seen = path.stat()
@@ -205,8 +214,8 @@ def _state(path: Path) -> State:
     return [seen.st_size, seen.st_mtime_ns, seen.st_dev, seen.st_ino]
 
 
-def _mark(path: Path) -> Path:
-    """The file in the cache that holds the states of the layers with which ``path``, as it is now, has passed."""
-    state: Any = hashlib.blake2b(path.read_bytes(), digest_size=16)
-    state.update(f"{RULES} {path}".encode("utf-8", "surrogateescape"))
+def _mark(look: Look) -> Path:
+    """The file in the cache that holds the states of the layers with which ``look``, as its file is now, has passed."""
+    state: Any = hashlib.blake2b(look.path.read_bytes(), digest_size=16)
+    state.update(f"{RULES} {look.as_text()}".encode())
     return cache_root() / "scenes" / str(state.hexdigest())

@@ -1,9 +1,10 @@
 """The process in which scenes of unknown making are read first.
 
-``python -m notabug.scenes_usd.untrusted_child FILE...`` ends with 0 where each scene was read or refused by name.
-Anything else, a crash, a signal or no end, is the answer. For each scene it prints a line of JSON: ``layers``, the list
-of its layers' files or null where it was refused for one of them, and ``outside``, the parts of the message where it
-would open a file outside of its folder.
+``python -m notabug.scenes_usd.untrusted_child PARENT LOOK...`` ends with 0 where each scene was read or refused by
+name; a LOOK is what ``Look.as_text`` writes, PARENT the process with which it ends. Anything else, a crash, a signal or
+no end, is the answer. For each look it prints a line of JSON: ``layers``, the states of the scene's layers' files or
+null where it was refused for one of them, and ``outside``, the parts of the message where it would open a file outside
+of its folder.
 
 Where the system can confine it (Landlock), it opens no file but below the scenes' folders and where Python and its
 libraries are, and writes only below the temporary folder that it was given, TMPDIR.
@@ -22,29 +23,30 @@ from pathlib import Path
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.fence import OutsideError, layers_of
 from notabug.scenes_usd.landlock import confine, programs
+from notabug.scenes_usd.look import Look
 from notabug.scenes_usd.reader_stage import read_stage
-from notabug.scenes_usd.reading import View
-from notabug.scenes_usd.untrusted import MEMORY, SECONDS
+from notabug.scenes_usd.temporary import end_with
+from notabug.scenes_usd.untrusted import MEMORY, SECONDS, state_of
 
 
-def main(paths: Sequence[Path]) -> None:
+def main(looks: Sequence[Look]) -> None:
     with contextlib.suppress(ImportError, ValueError):  # not everywhere
         import resource
 
         resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1))
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    confine(programs() | {path.parent for path in paths}, [Path(tempfile.gettempdir()), Path(os.devnull)])
-    for path in paths:
-        sys.stdout.write(json.dumps(_tried(path)) + "\n")
+    confine(programs() | {look.path.parent for look in looks}, [Path(tempfile.gettempdir()), Path(os.devnull)])
+    for look in looks:
+        sys.stdout.write(json.dumps(_tried(look)) + "\n")
         sys.stdout.flush()
 
 
-def _tried(path: Path) -> dict[str, object]:
+def _tried(look: Look) -> dict[str, object]:
     layers, outside = None, None
     try:
-        layers = [str(file) for file, _ in layers_of(path)]
-        read_stage(path, path.stem, {}, View(quick=True))
+        layers = {str(file): state_of(file) for file, _ in layers_of(look.path)}  # before it is read
+        read_stage(look.path, look.path.stem, dict(look.variants), look.view)
     except NotabugError as error:  # the process that asks will say the same, but of files outside
         for part in getattr(error, "errors", (error,)):
             if isinstance(part, OutsideError):
@@ -54,4 +56,5 @@ def _tried(path: Path) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    main([Path(each) for each in sys.argv[1:]])
+    end_with(int(sys.argv[1]))
+    main([Look.from_text(text) for text in sys.argv[2:]])

@@ -15,18 +15,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import psutil
 import pytest
 
 from notabug import crew as crew_module
-from notabug.adapters.export.formats import write_pfm
+from notabug.bench.faults_setting import lay_out
 from notabug.crew import Alone, Processes, cores_here, crew, prepare
-from notabug.references.predict import predict
 from notabug.scenes_usd.errors import NotabugError, SelectionError
-from notabug.scenes_usd.reader import find, read_scene
 
-PROGRAM = Path(__file__).with_name("misbehaving.py")
 NAMES = tuple(f"scene{index}" for index in range(8))
 DIE = "__import__('os').kill(__import__('os').getpid(), 9)"
 
@@ -55,7 +51,7 @@ def test_a_process_that_is_killed_once_costs_nothing(tmp_path: Path) -> None:
 
 def _at_work(deed: str, path: Path) -> str:
     """The expression that does ``deed`` of ``at_work.py`` with ``path``."""
-    return f"__import__('runpy').run_path({str(PROGRAM.with_name('at_work.py'))!r})[{deed!r}]({str(path)!r})"
+    return f"__import__('runpy').run_path({str(Path(__file__).with_name('at_work.py'))!r})[{deed!r}]({str(path)!r})"
 
 
 def test_others_judge_while_one_renders(tmp_path: Path) -> None:
@@ -171,29 +167,7 @@ def test_what_is_worth_a_process() -> None:
 @pytest.fixture
 def here(tmp_path: Path) -> Path:
     """Eight small scenes and a renderer that takes .4 seconds for each and notes each call."""
-    pictures = tmp_path / "pictures"
-    pictures.mkdir()
-    text = find("calibration/plain_card").read_text(encoding="utf-8").replace("(256, 256)", "(32, 32)")
-    for name in NAMES:
-        (tmp_path / f"{name}.usda").write_text(text, encoding="utf-8")
-    small = predict(read_scene(tmp_path / "scene0.usda")).point.astype(np.float64)
-    for name in NAMES:
-        write_pfm(pictures / f"{name}.pfm", small)
-    write_pfm(
-        pictures / "calibration-plain_card.pfm",
-        predict(read_scene("calibration/plain_card")).point.astype(np.float64),
-    )
-    (tmp_path / "notabug.toml").write_text(
-        f"""
-        [renderers.slow]
-        command = ["{sys.executable}", "-S", "-E", "{PROGRAM}", "{{scene}}", "{{image}}", "{{folder}}/pictures"]
-        image = "pfm"
-        filter = "point"
-        capabilities = ["mesh", "distant_light", "shadows"]
-        environment = {{ PAUSE = "0.4" }}
-        """
-    )
-    return tmp_path
+    return lay_out(tmp_path, NAMES, "slow", environment={"PAUSE": "0.4"}).folder
 
 
 def calls(here: Path) -> Counter[str]:

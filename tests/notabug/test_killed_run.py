@@ -10,43 +10,19 @@ import time
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from notabug.adapters.export.formats import write_pfm
-from notabug.references.predict import predict
-from notabug.scenes_usd.reader import find, read_scene
+from notabug.bench.faults_setting import lay_out
 
 pytestmark = pytest.mark.slow
 
-PROGRAM = Path(__file__).with_name("misbehaving.py")
 NAMES = tuple(f"scene{index}" for index in range(8))
 
 
 @pytest.fixture
 def here(tmp_path: Path) -> Path:
     """Eight small scenes and a renderer that takes a fifth of a second for each and notes each call."""
-    pictures = tmp_path / "pictures"
-    pictures.mkdir()
-    text = find("calibration/plain_card").read_text(encoding="utf-8").replace("(256, 256)", "(32, 32)")
-    for name in NAMES:
-        (tmp_path / f"{name}.usda").write_text(text, encoding="utf-8")
-    small = predict(read_scene(tmp_path / "scene0.usda")).point.astype(np.float64)
-    for name in NAMES:
-        write_pfm(pictures / f"{name}.pfm", small)
-    card = predict(read_scene("calibration/plain_card")).point.astype(np.float64)
-    write_pfm(pictures / "calibration-plain_card.pfm", card)
-    (tmp_path / "notabug.toml").write_text(
-        f"""
-        [renderers.slow]
-        command = ["{sys.executable}", "-S", "-E", "{PROGRAM}", "{{scene}}", "{{image}}", "{{folder}}/pictures"]
-        image = "pfm"
-        filter = "point"
-        capabilities = ["mesh", "distant_light", "shadows"]
-        environment = {{ PAUSE = "0.2" }}
-        """
-    )
-    return tmp_path
+    return lay_out(tmp_path, NAMES, "slow", environment={"PAUSE": "0.2"}).folder
 
 
 def start(here: Path) -> subprocess.Popen[str]:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from notabug.scenes_usd.card import CLASSES
 from notabug.scenes_usd.catalogue import entry, scenes
 from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.look import Look
+from notabug.scenes_usd.reader import find
 from notabug.selection import QUICK, NothingSelectedError, choose, parse_variants, quick
 
 SPHERE = "terminator/sphere"
@@ -91,3 +96,25 @@ def test_quick_takes_one_scene_of_each_class() -> None:
         "acne/sphere",
     ]
     assert [each.id for each in quick(choose(["calibration/card"], {}))] == ["calibration/card"]
+
+
+def test_of_many_variants_the_one_that_ends_its_reader_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The default passes and is drawn; the variant is a job of its own that says why it is not."""
+    monkeypatch.setenv("NOTABUG_TRUST", "")
+    monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path / "cache"))
+    path = tmp_path / "card.usda"
+    path.write_text(find("calibration/plain_card").read_text(encoding="utf-8"), encoding="utf-8")
+    start = subprocess.Popen
+
+    def started(command: list[str], **how: Any) -> Any:
+        harms = any(("light", "point") in Look.from_text(text).variants for text in command[5:])
+        return start([sys.executable, "-S", "-c", "import os; os.abort()"] if harms else command, **how)
+
+    monkeypatch.setattr(subprocess, "Popen", started)
+    choices = choose([str(path)], {"light": ["all"]})
+    assert {choice.variant: "ends its reader" in choice.refused for choice in choices} == {
+        "light=distant": False,
+        "light=point": True,
+    }

@@ -13,15 +13,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from notabug.adapters.export.formats import write_pfm
+from notabug.bench.faults_setting import lay_out
 from notabug.ending import Stopped, exit_state, signals_as_exceptions
-from notabug.references.predict import predict
-from notabug.scenes_usd.reader import find, read_scene
 
-PROGRAM = Path(__file__).with_name("misbehaving.py")
 PATIENCE = 300.0  # seconds until a run that does not end is a failure
 NAMES = ("scene0", "scene1", "scene2", "hangs")
 
@@ -29,27 +25,7 @@ NAMES = ("scene0", "scene1", "scene2", "hangs")
 @pytest.fixture
 def here(tmp_path: Path) -> Path:
     """Three small scenes, one at which the renderer hangs, and a folder for temporary files."""
-    pictures = tmp_path / "pictures"
-    pictures.mkdir()
-    (tmp_path / "tmp").mkdir()
-    text = find("calibration/plain_card").read_text(encoding="utf-8").replace("(256, 256)", "(32, 32)")
-    for name in NAMES:
-        (tmp_path / f"{name}.usda").write_text(text, encoding="utf-8")
-    small = predict(read_scene(tmp_path / "scene0.usda")).point.astype(np.float64)
-    for name in NAMES:
-        write_pfm(pictures / f"{name}.pfm", small)
-    card = predict(read_scene("calibration/plain_card")).point.astype(np.float64)
-    write_pfm(pictures / "calibration-plain_card.pfm", card)
-    (tmp_path / "notabug.toml").write_text(
-        f"""
-        [renderers.slow]
-        command = ["{sys.executable}", "-S", "-E", "{PROGRAM}", "{{scene}}", "{{image}}", "{{folder}}/pictures"]
-        image = "pfm"
-        filter = "point"
-        capabilities = ["mesh", "distant_light", "shadows"]
-        """
-    )
-    return tmp_path
+    return lay_out(tmp_path, NAMES, "slow").folder
 
 
 def start(here: Path, *words: str) -> subprocess.Popen[str]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -17,7 +19,9 @@ from notabug.scenes_usd import picture
 from notabug.scenes_usd.catalogue import expected
 from notabug.scenes_usd.errors import NotabugError, SceneError
 from notabug.scenes_usd.fence import OutsideError
-from notabug.scenes_usd.reader import find, look_through, read_scene
+from notabug.scenes_usd.look import Look
+from notabug.scenes_usd.reader import find, look_through, read_scene, survey_scene
+from notabug.scenes_usd.reading import View
 
 BASE = find("calibration/plain_card").read_text(encoding="utf-8")
 CARD = find("calibration/card").read_text(encoding="utf-8")
@@ -31,7 +35,7 @@ def _distrust(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def unfenced(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the child, for tests of what this process checks itself."""
-    monkeypatch.setattr("notabug.scenes_usd.reader.check_scenes", lambda paths: None)
+    monkeypatch.setattr("notabug.scenes_usd.reader.check_looks", lambda looks: None)
 
 
 @pytest.fixture
@@ -66,7 +70,6 @@ def test_a_scene_of_ones_own_is_read_and_then_remembered(
     (path.parent / "another.usda").write_text("")  # not of the scene
     read_scene(path)
     (path.parent / "inside.usda").write_text((path.parent / "inside.usda").read_text() + "\n")
-    untrusted._passed.clear()
     with pytest.raises(AssertionError, match="read again"):
         read_scene(path)
     path.write_text(path.read_text() + "\n")
@@ -139,7 +142,7 @@ def test_no_way_leads_to_a_foreign_file_and_none_quotes_it(
 ) -> None:
     monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path / "cache"))
     if not fenced:
-        monkeypatch.setattr("notabug.scenes_usd.reader.check_scenes", lambda paths: None)
+        monkeypatch.setattr("notabug.scenes_usd.reader.check_looks", lambda looks: None)
     (tmp_path / "secret.usda").write_text(SECRET)
     (tmp_path / "scene" / "link.usda").symlink_to(tmp_path / "secret.usda")
     (tmp_path / "scene" / '`"${P}"`').write_text("#usda 1.0\n")  # a decoy
@@ -280,7 +283,7 @@ def test_one_child_reads_many_scenes(tmp_path: Path, monkeypatch: pytest.MonkeyP
         each.write_text(BASE)
     started, start = [], subprocess.Popen
     monkeypatch.setattr(subprocess, "Popen", lambda *words, **how: started.append(words) or start(*words, **how))
-    look_through([str(each) for each in files])
+    look_through([(str(each), ()) for each in files])
     assert len(started) == 1
     for each in files:
         assert read_scene(each).objects
@@ -293,11 +296,65 @@ def test_of_many_scenes_the_one_that_ends_its_reader_is_named(tmp_path: Path, mo
     for each in files:
         each.write_text(BASE)
     files[1].write_text(BASE + 'def Xform "a"\n{\n' * 20_000 + "}\n" * 20_000)
-    wrong = look_through([str(each) for each in files])
-    assert list(wrong) == [str(files[1])]
-    assert "nested too deep" in str(wrong[str(files[1])])
-    assert str(files[1]) in str(wrong[str(files[1])])
+    wrong = look_through([(str(each), ()) for each in files])
+    assert list(wrong) == [(str(files[1]), ())]
+    assert "nested too deep" in str(wrong[str(files[1]), ()])
+    assert str(files[1]) in str(wrong[str(files[1]), ()])
     assert read_scene(files[2]).objects
+
+
+@pytest.fixture
+def ends_at_bomb(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Look]:
+    """Readers that end by a signal where the variant ``bomb=yes``, frame 7 or the camera /C is read; what they read."""
+    monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path / "cache"))
+    seen: list[Look] = []
+    start = subprocess.Popen
+
+    def started(command: list[str], **how: Any) -> Any:
+        looks = [Look.from_text(text) for text in command[5:]]
+        seen.extend(looks)
+        harms = any(look.variants == (("bomb", "yes"),) or look.view.time == 7 for look in looks)
+        harms = harms or any(look.view.camera == "/C" for look in looks)
+        return start([sys.executable, "-S", "-c", "import os; os.abort()"] if harms else command, **how)
+
+    monkeypatch.setattr(subprocess, "Popen", started)
+    return seen
+
+
+WITH_BOMB = BASE.replace('variantSets = "light"', 'variantSets = ["light", "bomb"]').replace(
+    'string light = "distant"', 'string light = "distant"\n        string bomb = "no"'
+)
+WITH_BOMB = WITH_BOMB.replace(
+    ")\n{\n", ')\n{\n    variantSet "bomb" = {\n        "no" {\n}\n        "yes" {\n}\n    }\n', 1
+)
+
+
+def test_a_variant_that_ends_its_reader_ends_only_the_child(
+    write: Callable[[str], Path], ends_at_bomb: list[Look]
+) -> None:
+    """The default passes, and says nothing of what another variant, frame or camera costs."""
+    path = write(WITH_BOMB)
+    assert read_scene(path).variants["bomb"] == "no"
+    with pytest.raises(SceneError, match=r"\[bomb=yes\]: reading this file ends its reader"):
+        read_scene(path, {"bomb": "yes"})
+    for view in (View(time=7.0), View(camera="/C")):
+        with pytest.raises(SceneError, match="reading this file ends its reader"):
+            survey_scene(path, {}, view)
+    assert survey_scene(path, {}, View(time=1.0)).scene is not None
+    count = len(ends_at_bomb)
+    untrusted._passed.clear()  # as in another process
+    assert read_scene(path, {"bomb": "no"}).variants["bomb"] == "no"
+    assert read_scene(path).objects
+    assert len(ends_at_bomb) == count + 1  # what was named is another look than the default
+
+
+def test_a_look_says_all_that_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "a\udcff \u00e9.usda"
+    for view in (View(), View(camera="/C", time=2.5, purposes=frozenset({"default", "guide"}))):
+        look = Look.at(path, {"b": "2", "a": "1"}, view)
+        assert look.as_text().isascii()
+        again = Look.from_text(look.as_text())
+        assert (again.path, again.variants, replace(again.view, quick=False)) == (path, (("a", "1"), ("b", "2")), view)
 
 
 def test_what_harms_is_remembered_until_it_changes(

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import tempfile
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import notabug.adapters
 import notabug.bench.generality
@@ -19,10 +20,21 @@ from notabug.bench.generality.decks import traits
 from notabug.bench.generality.draw import write_random_scene
 from notabug.bench.generality.examine import QUALITIES, Record, controls, examine, guarded
 from notabug.references.cache import cache_root, source_hash
+from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 
 Part = Literal["scenes", "meshes", "faults", "limitations"]
+
+
+def as_parts(names: Iterable[str]) -> list[Part]:
+    """``names`` as parts; raises SelectionError for one of another bench."""
+    known: dict[str, Part] = {part: part for part in get_args(Part)}
+    if unknown := [name for name in names if name not in known]:
+        raise SelectionError("no part of generality", where="--part", expected=", ".join(known), got=unknown[0])
+    return [known[name] for name in names]
+
+
 RENDERERS = ("povray", "mitsuba")  # others by name
 
 
