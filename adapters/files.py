@@ -82,7 +82,7 @@ class Files:
         variant = escape(scene.variant or "default")
         for pattern in PATTERNS[:-1]:
             yield pattern.format(scene=escape(scene.id), variant=variant)
-        if dict(read_entry(scene.path).defaults) == dict(scene.variants):
+        if dict(read_entry(scene.path).defaults) == dict(scene.variants) and not scene.view.words:
             yield PATTERNS[-1].format(scene=escape(scene.id))
 
     def _copy(self, path: Path, out: Path, seed: int) -> Render:

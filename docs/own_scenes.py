@@ -15,7 +15,7 @@ from typing import Literal
 
 from notabug.scenes_usd.adapted import adapt
 from notabug.scenes_usd.reader_stage import survey_stage
-from notabug.scenes_usd.reading import View
+from notabug.scenes_usd.view import View
 
 State = Literal["read", "adapted", "refused"]
 WORDS = {"read": "as it is", "adapted": "after `notabug adapt`", "refused": "no"}

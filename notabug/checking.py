@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections import Counter
 from typing import Any
 
@@ -13,14 +12,14 @@ from rich.text import Text
 from notabug.exit_codes import ExitCode
 from notabug.judging import one_variant
 from notabug.progress import console
-from notabug.scenes_usd.errors import NotabugError, SceneError, SelectionError
+from notabug.scenes_usd.errors import NotabugError, SceneError
 from notabug.scenes_usd.reader import survey_scene
 from notabug.scenes_usd.reader_stage import Survey
-from notabug.scenes_usd.reading import Remark, View
+from notabug.scenes_usd.reading import Remark
 from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.view import View
 from notabug.words import counted
 
-PURPOSES = ("default", "render", "proxy", "guide")
 ORDER = ("out of the contract", "approximated", "not read")
 _GLYPHS = {"out of the contract": ("✗", "bold red"), "approximated": ("≈", "yellow"), "not read": ("–", "dim")}
 
@@ -120,14 +119,3 @@ def says(remark: Remark) -> str:
     '/Hair: BasisCurves: nothing of it is drawn'
     """
     return str(remark.error) if isinstance(remark.error, NotabugError) else f"{remark.where}: {remark.what}"
-
-
-def view_of(camera: str, time: float | None, purposes: list[str]) -> View:
-    """What the options ``--camera``, ``--time`` and ``--purpose`` ask for."""
-    for word in purposes:
-        if word not in PURPOSES:
-            raise SelectionError(f"no purpose {word!r}", where="--purpose", expected=f"one of {', '.join(PURPOSES)}")
-    if time is not None and not math.isfinite(time):
-        raise SelectionError("not a time code", where="--time", expected="a number", got=str(time))
-    drawn = frozenset({"default", *purposes}) if purposes else View().purposes
-    return View(camera=camera, time=time, purposes=drawn)

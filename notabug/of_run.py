@@ -17,6 +17,7 @@ from notabug.record import Result, load
 from notabug.report.loading import inside, results_of
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.picture import read_picture
+from notabug.scenes_usd.view import View, from_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +38,9 @@ class Origin:
         return given[0] if given and words[1] == "run" else self.result.scene
 
     @property
-    def variants(self) -> dict[str, str]:
-        pairs = (word.partition("=") for word in self.result.variant.split(",") if word)
-        return {name: value for name, _, value in pairs}
+    def choice(self) -> tuple[dict[str, str], View]:
+        """The variants of the picture's scene and its view."""
+        return from_text(self.result.variant)
 
     def declaration(self) -> Declaration:
         """What the renderer of the picture declares; for a picture that was judged as a file, what was said of it."""

@@ -27,6 +27,7 @@ from notabug.scenes_usd.catalogue import expected
 from notabug.scenes_usd.errors import FileError, NotabugError, SceneError, is_of_files
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.view import options_for
 from notabug.selection import Choice
 from notabug.shape import NAME, NUMBER, TEXT, WHOLE, Fields, Many, Shape, check
 from notabug.tool import fingerprint, tool
@@ -263,7 +264,7 @@ def _read(choice: Choice) -> Scene | NotabugError:
     if choice.refused:
         return SceneError(choice.refused)
     try:
-        return read_scene(choice.source, choice.variants)
+        return read_scene(choice.source, choice.variants, choice.view)
     except NotabugError as error:
         return error
 
@@ -538,8 +539,7 @@ def reproduce(choice: Choice, renderer: str, quality: Quality) -> str:
     if choice.label:
         return shlex.join(["notabug", "run", "--workarounds", choice.source, "-r", renderer])
     words = ["notabug", "run", choice.source, "-r", renderer]
-    for name, value in sorted(choice.variants.items()):
-        words += ["--variant", f"{name}={value}"]
+    words += options_for(choice.variant)
     if quality.samples:
         words += ["--samples", str(quality.samples)]
     if len(quality.seeds) != len(Quality().seeds):

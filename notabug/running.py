@@ -27,6 +27,7 @@ from notabug.report.page import draw
 from notabug.run import Plan, Run, find_renderers, run
 from notabug.scenes_usd.errors import ManyFaultsError, NotabugError, SceneError, SelectionError
 from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.view import AS_IT_IS, View
 from notabug.selection import OWN_FOLDER, Choice, NothingSelectedError, choose, parse_variants, part, quick
 from notabug.words import tally
 
@@ -39,6 +40,7 @@ def command(
     scenes: Sequence[str],
     renderers: Sequence[str],
     variants: Sequence[str],
+    view: View = AS_IT_IS,
     every_variant: bool,
     out: Path,
     samples: int,
@@ -63,12 +65,13 @@ def command(
         load(baseline)  # before anything is drawn for a folder that holds no run
     gate = Gate.load(expect, fail_on)
     selected = workarounds.chosen(scenes) if remedies else []
-    if remedies and (variants or every_variant):
-        raise SelectionError("workarounds choose their variants themselves", do="leave --variant and --variants out")
+    if remedies and (variants or every_variant or view.words):
+        left = "leave --variant, --variants, --camera, --time and --purpose out"
+        raise SelectionError("workarounds choose their pictures themselves", do=left)
     choices = (
         workarounds.choices(selected)
         if remedies
-        else choose(scenes, parse_variants(variants), every_variant=every_variant)
+        else choose(scenes, parse_variants(variants), every_variant=every_variant, view=view)
     )
     choices = part(quick(choices) if few else choices, shard)
     _look_at_own(choices, quiet)
@@ -131,14 +134,16 @@ def command(
 def _look_at_own(choices: Sequence[Choice], quiet: Console) -> None:
     """Tell all that takes the selected scenes of a team's own out of the contract, before anything is drawn.
 
+    A camera, a frame or a variant that one of them lacks is a SelectionError, which says what there is.
+
     Raises it where that leaves nothing to draw.
     """
     faults: list[SceneError] = []
     refused = 0
     for choice in choices:
-        if choice.folder.startswith(OWN_FOLDER):
+        if choice.folder.startswith(OWN_FOLDER) or choice.view.words:
             try:
-                read_scene(choice.source, choice.variants)
+                read_scene(choice.source, choice.variants, choice.view)
             except SceneError as error:
                 refused += 1
                 faults += error.errors if isinstance(error, ManyFaultsError) else (error,)

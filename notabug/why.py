@@ -17,6 +17,7 @@ from notabug.progress import console
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.view import AS_IT_IS, View
 
 SHOWN = 5  # explanations, the best ones
 CLOSEST = 24  # models that are looked at closely to find them
@@ -27,6 +28,7 @@ def command(
     image: Path,
     source: str,
     variants: Sequence[str],
+    view: View = AS_IT_IS,
     pixel: str,
     filter_name: str,
     precision: str,
@@ -41,7 +43,8 @@ def command(
     Without ``source`` the picture is one of a run, which knows its scene; without ``pixel`` its worst one is taken.
     """
     known = None if source else found_run(image)
-    scene = read_scene(source, one_variant(variants)) if known is None else read_scene(known.source, known.variants)
+    asked = (source, one_variant(variants), view) if known is None else (known.source, *known.choice)
+    scene = read_scene(*asked)
     picture = read_picture(image, layer=layer, srgb=srgb)
     height, width = picture.pixels.shape[:2]
     place = known.worst_pixel() if known is not None and not pixel else None

@@ -23,10 +23,12 @@ from notabug.scenes_usd.framing import LIT, direction
 from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.reader import scene_id
 from notabug.scenes_usd.reader_camera import DEFAULT_SIZE, cameras
+from notabug.scenes_usd.reader_choice import check_frame, choose, open_stage
 from notabug.scenes_usd.reader_shading import GREY, PREVIEW
-from notabug.scenes_usd.reader_stage import Survey, choose, open_stage, survey_stage
-from notabug.scenes_usd.reading import Remark, View, reading
+from notabug.scenes_usd.reader_stage import Survey, survey_stage
+from notabug.scenes_usd.reading import Remark, reading
 from notabug.scenes_usd.scene import Camera, Floats
+from notabug.scenes_usd.view import AS_IT_IS, DRAWN, View, prim_and_set
 
 _PASSES = 5  # a value that is put right may show the next one that is not
 _APERTURE = 20.0
@@ -87,7 +89,7 @@ def _adapt(path: Path, out: Path, variants: Mapping[str, str], view: View, size:
         survey = layer.look(out, plain)
     layer.place_camera(survey)
     layer.write(out)
-    return Adapted(tuple(layer.said), layer.look(out, View()))
+    return Adapted(tuple(layer.said), layer.look(out, AS_IT_IS))
 
 
 class _Layer:
@@ -153,9 +155,11 @@ class _Layer:
     def say_variants(self, variants: Mapping[str, str]) -> None:
         """Select the ``variants``, and the first one of a set that selects none."""
         sets = self._root.GetVariantSets()
-        for name, chosen in variants.items():
-            sets.SetSelection(name, chosen)
-            self._say(f"{self._root.GetPath()}.variants", f"{name} = {chosen}")
+        for key, chosen in variants.items():
+            path, name = prim_and_set(key)
+            prim = self._stage.GetPrimAtPath(path) if path else self._root
+            prim.GetVariantSets().SetSelection(name, chosen)
+            self._say(f"{prim.GetPath()}.variants", f"{name} = {chosen}")
         for name in sets.GetNames():
             known = sets.GetVariantSet(name).GetVariantNames()
             if known and sets.GetVariantSelection(name) not in known:
@@ -164,7 +168,7 @@ class _Layer:
 
     def say_purposes(self, view: View) -> None:
         """Give prims whose purpose is asked for the default one, and the others that of a guide."""
-        if view.purposes == View().purposes:
+        if view.purposes == DRAWN:
             return
         for prim in self._stage.Traverse():
             attribute = UsdGeom.Imageable(prim).GetPurposeAttr() if prim.IsA(UsdGeom.Imageable) else None
@@ -204,6 +208,7 @@ class _Layer:
 
     def freeze(self, time: float) -> None:
         """Every animated value as it is at ``time``."""
+        check_frame(self._stage, time)
         count = 0
         for prim in self._stage.Traverse():
             for attribute in prim.GetAuthoredAttributes():

@@ -9,18 +9,21 @@ from pathlib import Path
 from pxr import Tf, Usd, UsdGeom, UsdLux
 
 from notabug.scenes_usd.card import OWN_CARD, read_card
-from notabug.scenes_usd.errors import SceneError, SelectionError
+from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.fence import check_opened, layers_of
 from notabug.scenes_usd.framing import camera_for
 from notabug.scenes_usd.reader_camera import Picture, read_picture
+from notabug.scenes_usd.reader_choice import check_frame, choose, open_stage
 from notabug.scenes_usd.reader_light import check_size, read_distant, read_point
 from notabug.scenes_usd.reader_objects import Drawing
 from notabug.scenes_usd.reader_pixel import PixelGrid
 from notabug.scenes_usd.reader_prims import LIGHTS, not_read, visible
 from notabug.scenes_usd.reader_values import fault, opinion, where
-from notabug.scenes_usd.reading import Remark, View, going_on, note, reading, recovered, refuse, remarks
+from notabug.scenes_usd.reading import Remark, going_on, note, reading, recovered, refuse, remarks
+from notabug.scenes_usd.reading import view as meant
 from notabug.scenes_usd.scene import Light, Mesh, Scene
 from notabug.scenes_usd.untrusted import is_trusted
+from notabug.scenes_usd.view import View
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +76,7 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene
         note("approximated", "/", "no default prim: the whole stage is drawn, and has no variants")
         root = stage.GetPseudoRoot()
     chosen = choose(stage, root, variants)
+    check_frame(stage, meant().time)
     if not is_trusted(path):
         check_opened(stage, path)
     for error in stage.GetCompositionErrors():
@@ -124,6 +128,7 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene
         textures=tuple(drawing.textures.found),
         intent=intent,
         notes=_lacks(),
+        view=meant(),
     )
 
 
@@ -159,53 +164,6 @@ def flattened(path: Path, variants: Mapping[str, str]) -> str:
     if root:
         choose(stage, root, variants)
     return str(stage.Flatten(False).ExportToString())
-
-
-def open_stage(path: Path) -> Usd.Stage:
-    """The stage, with a session layer of its own: the file is never written to."""
-    try:
-        return Usd.Stage.Open(str(path))
-    except Tf.ErrorException as error:
-        reason = " ".join(str(error).split())
-        raise SceneError("cannot be opened as a USD stage", where=str(path), got=reason, do="try usdchecker") from error
-
-
-def choose(stage: Usd.Stage, root: Usd.Prim, variants: Mapping[str, str]) -> dict[str, str]:
-    """Select ``variants`` on ``root``; the full selection, defaults included. A choice may bring further sets."""
-    stage.SetEditTarget(Usd.EditTarget(stage.GetSessionLayer()))
-    sets = root.GetVariantSets()
-    waiting = dict(variants)
-    while ready := [name for name in waiting if name in sets.GetNames()]:
-        for name in ready:
-            wanted, known = waiting.pop(name), sets.GetVariantSet(name).GetVariantNames()
-            if wanted not in known:
-                raise SelectionError(
-                    f"no variant {wanted!r} in the set {name!r}",
-                    where=str(root.GetPath()),
-                    expected=f"one of {', '.join(known)}",
-                )
-            sets.SetSelection(name, wanted)
-    for name in waiting:
-        known = sets.GetNames()
-        raise SelectionError(
-            f"no variant set {name!r}",
-            where=str(root.GetPath()),
-            expected=f"one of {', '.join(known)}" if known else "none: the scene has no variant sets",
-        )
-    chosen = {name: str(sets.GetVariantSelection(name)) for name in sorted(sets.GetNames())}
-    for name, selection in chosen.items():
-        if selection not in sets.GetVariantSet(name).GetVariantNames():
-            known = ", ".join(sets.GetVariantSet(name).GetVariantNames())
-            refuse(
-                SceneError(
-                    f"the variant set {name!r} has no default",
-                    where=f"{root.GetPath()}.variants",
-                    expected=f"one of {known}",
-                    got=repr(selection),
-                    do="author a selection in the file",
-                )
-            )
-    return chosen
 
 
 def _intent(stage: Usd.Stage, root: Usd.Prim, path: str, drawing: Drawing) -> Mesh | None:

@@ -16,6 +16,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from notabug.scenes_usd.view import AS_IT_IS, View, as_text
+
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 
@@ -158,11 +160,12 @@ class Scene:
     textures: tuple[Texture, ...] = ()
     intent: Mesh | None = None  # the guide mesh, when the card names one
     notes: tuple[str, ...] = ()  # what of the file the scene lacks; nothing that moves a pixel of it
+    view: View = AS_IT_IS  # which picture of the stage was asked for
 
     @property
     def variant(self) -> str:
-        """The choice as written on a command line: ``set=name`` joined by commas, in alphabetical order."""
-        return ",".join(f"{key}={value}" for key, value in sorted(self.variants.items()))
+        """The choice, variants and view, as it is told and kept: see ``view.as_text``."""
+        return as_text(self.variants, self.view)
 
     @property
     def meshes(self) -> Iterator[Mesh]:

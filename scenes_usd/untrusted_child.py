@@ -23,8 +23,8 @@ from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.fence import OutsideError, layers_of
 from notabug.scenes_usd.landlock import confine, programs
 from notabug.scenes_usd.reader_stage import read_stage
-from notabug.scenes_usd.reading import View
 from notabug.scenes_usd.untrusted import MEMORY, SECONDS
+from notabug.scenes_usd.view import View
 
 
 def main(paths: Sequence[Path]) -> None:

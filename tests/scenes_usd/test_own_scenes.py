@@ -19,8 +19,8 @@ from notabug.cli import app, main
 from notabug.scenes_usd.adapted import adapt
 from notabug.scenes_usd.errors import ManyFaultsError, SceneError, SelectionError
 from notabug.scenes_usd.reader_stage import read_stage, survey_stage
-from notabug.scenes_usd.reading import View
 from notabug.scenes_usd.scene import Mesh, Scene, Sphere
+from notabug.scenes_usd.view import View
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
