@@ -60,6 +60,10 @@ class Files:
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
         del quality
         check_supported(self, scene)
+        if scene.adapted == "scene":
+            what = "its pictures show the scene as its file is, not as it is adapted in memory"
+            do = "write the layer down with notabug adapt, draw that one and name it"
+            raise UnsupportedError(what, where=f"adapter {self.name!r}", do=do)
         found = self._matches(scene)
         if not found:
             what = "no picture of this scene"

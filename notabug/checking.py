@@ -101,9 +101,8 @@ def show(out: Console, source: str, survey: Survey) -> None:
         return
     left = [remark for remark in survey.remarks if remark.kind == "out of the contract" and not remark.mends]
     if not left:
-        out.print(
-            f"next: notabug adapt {source} --out own.usda writes a layer that says it all", markup=False, soft_wrap=True
-        )
+        do = f"notabug run {source} draws it adapted in memory; notabug adapt {source} --out own.usda writes that down"
+        out.print(f"next: {do}", markup=False, soft_wrap=True)
     else:
         out.print(
             f"next: notabug adapt {source} --out own.usda mends all but {len(left)}; these are for you",

@@ -11,7 +11,7 @@ from notabug.exit_codes import ExitCode
 from notabug.folders import scene_folder
 from notabug.own_folder import claim
 from notabug.progress import console
-from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.view import AS_IT_IS, View
 from notabug.selection import choose, parse_variants
 
@@ -29,7 +29,10 @@ def command(
     claim(out, "export")
     written = []
     for choice in choose(scenes, parse_variants(variants), every_variant=every_variant, view=view):
-        scene = read_scene(choice.source, choice.variants, choice.view)
+        taken = take_scene(choice.source, choice.variants, choice.view)
+        scene = taken.scene
+        if taken.says:
+            console(stderr=True).print(taken.told(choice.source), markup=False, soft_wrap=True)
         folder = scene_folder(out, choice.folder or choice.id, scene.variant)
         folder.mkdir(parents=True, exist_ok=True)
         path = export(scene, kind, folder)

@@ -24,8 +24,8 @@ from notabug.report.page import draw
 from notabug.report.sentence import sentence
 from notabug.run import Calibrated, Plan, Run, Silent, Task, calibrate, perform
 from notabug.scenes_usd.errors import NotabugError, SelectionError
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import Picture, read_picture
-from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.view import AS_IT_IS, View, view_of
 from notabug.selection import choose, parse_variants
 
@@ -131,7 +131,8 @@ def judged(
 ) -> Verdict:
     """The verdict on ``images``, paths or arrays, as seeds of one renderer; ``declared`` overrides what is unknown."""
     pictures = [each if isinstance(each, Picture) else _picture(each) for each in images]
-    scene = read_scene(source, dict(variants), view)
+    height, width = pictures[0].pixels.shape[:2]
+    scene = take_scene(source, dict(variants), replace(view, size=(width, height)), "picture").scene
     words = dict(declared)
     base = declare(
         pictures,

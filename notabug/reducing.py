@@ -20,6 +20,7 @@ from notabug.own_folder import check, claim
 from notabug.progress import console
 from notabug.reduce import Examiner, Shown, bug, reduced, size
 from notabug.scenes_usd.errors import NotabugError, SelectionError
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.view import AS_IT_IS, View
@@ -46,7 +47,10 @@ def command(
     who = configured(adapter(renderer), settings)
     found = who.find()
     examiner = Examiner(who, Quality(samples=samples, seeds=tuple(range(seeds))))
-    start = read_scene(scene, one_variant(variants), view)
+    taken = take_scene(scene, one_variant(variants), view)
+    start = taken.scene
+    if taken.says:
+        quiet.print(Text(taken.told(scene)), soft_wrap=True)
     first = examiner.show(start)
     name = bug(first.verdict)
     if not name:

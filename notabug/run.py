@@ -25,7 +25,7 @@ from notabug.metrics.verdict import Verdict, Word
 from notabug.record import SCHEMA, RecordError, Result
 from notabug.scenes_usd.catalogue import expected
 from notabug.scenes_usd.errors import FileError, NotabugError, SceneError, is_of_files
-from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.scene import Scene
 from notabug.scenes_usd.view import options_for
 from notabug.selection import Choice
@@ -263,8 +263,10 @@ def _lost(plan: Plan, task: Task, error: Exception) -> Done:
 def _read(choice: Choice) -> Scene | NotabugError:
     if choice.refused:
         return SceneError(choice.refused)
+    if choice.scene is not None:
+        return choice.scene
     try:
-        return read_scene(choice.source, choice.variants, choice.view)
+        return take_scene(choice.source, choice.variants, choice.view).scene
     except NotabugError as error:
         return error
 

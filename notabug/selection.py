@@ -39,7 +39,7 @@ class Choice:
     ``source`` is what was asked for (an id or a path), ``folder`` where the results of a scene from outside the corpus
     go: two files of one name must not share a folder. ``label`` names what ``alter`` makes of an adapter, "" nothing;
     ``only`` names the renderers that the choice is for, all where it is empty. ``refused`` says why the scene is not
-    read at all.
+    read at all, ``scene`` is the scene where it has been read.
     """
 
     source: str
@@ -51,6 +51,7 @@ class Choice:
     alter: Callable[[Adapter, Scene], Adapter] = unaltered
     only: frozenset[str] = frozenset()
     refused: str = ""
+    scene: Scene | None = field(default=None, compare=False, repr=False)
 
     @property
     def variant(self) -> str:

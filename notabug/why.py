@@ -15,8 +15,8 @@ from notabug.of_run import found as found_run
 from notabug.printable import escaped
 from notabug.progress import console
 from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import read_picture
-from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.view import AS_IT_IS, View
 
 SHOWN = 5  # explanations, the best ones
@@ -43,10 +43,12 @@ def command(
     Without ``source`` the picture is one of a run, which knows its scene; without ``pixel`` its worst one is taken.
     """
     known = None if source else found_run(image)
-    asked = (source, one_variant(variants), view) if known is None else (known.source, *known.choice)
-    scene = read_scene(*asked)
     picture = read_picture(image, layer=layer, srgb=srgb)
     height, width = picture.pixels.shape[:2]
+    if known is None:
+        scene = take_scene(source, one_variant(variants), replace(view, size=(width, height)), "picture").scene
+    else:
+        scene = known.scene()
     place = known.worst_pixel() if known is not None and not pixel else None
     x, y = place or parse_pixel(pixel, width, height)
     if known is None:

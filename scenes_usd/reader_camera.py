@@ -122,7 +122,10 @@ def _camera_of(stage: Usd.Stage, settings: Usd.Prim, relationship: Usd.Relations
 
 
 def _assumed_size(camera: Usd.Prim | None) -> tuple[int, int]:
-    """The default size, with the shape of the camera's aperture."""
+    """The size of the picture that is at hand, else the default one with the shape of the camera's aperture."""
+    at_hand = view().size
+    if at_hand is not None:
+        return at_hand
     width, height = DEFAULT_SIZE
     if camera is None:
         return width, height
@@ -206,9 +209,9 @@ def _range(prim: Usd.Prim) -> tuple[float, float]:
 
 
 def _size(settings: Usd.Prim) -> tuple[int, int]:
-    """The resolution; 256 x 256 where none is authored."""
+    """The resolution; where none is authored that of the picture at hand, else 256 x 256."""
     authored = settings.GetAttribute("resolution").HasAuthoredValue()
-    size = value(settings, "resolution", "numbers") if authored else DEFAULT_SIZE
+    size = value(settings, "resolution", "numbers") if authored else view().size or DEFAULT_SIZE
     if len(size) != 2 or any(each != round(each) for each in size if math.isfinite(each)):
         raise fault(settings, "resolution", "not a size", expected="two whole numbers", got=shown(size))
     width, height = size

@@ -113,13 +113,13 @@ def _sets(stage: Usd.Stage, root: Usd.Prim) -> Iterator[tuple[str, str]]:
 
 def check_frame(stage: Usd.Stage, time: float | None) -> None:
     """Raise SelectionError where ``time``, the frame that is asked for, is none of an animated stage's frames."""
-    known = None if time is None else _frames(stage)
+    known = None if time is None else frames(stage)
     if time is not None and known is not None and not known[0] <= time <= known[1]:
         expected = f"{known[0]:g} to {known[1]:g}" if known[0] < known[1] else f"{known[0]:g}"
         raise SelectionError("no such frame", where="--time", expected=expected, got=f"{time:g}")
 
 
-def _frames(stage: Usd.Stage) -> tuple[float, float] | None:
+def frames(stage: Usd.Stage) -> tuple[float, float] | None:
     """The first and the last frame of the stage, by its range and by its samples; None where nothing is animated."""
     found = [stage.GetStartTimeCode(), stage.GetEndTimeCode()] if stage.HasAuthoredTimeCodeRange() else []
     for prim in Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()):

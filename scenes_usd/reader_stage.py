@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pxr import Tf, Usd, UsdGeom, UsdLux
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdLux, UsdRender
 
 from notabug.scenes_usd.card import OWN_CARD, read_card
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.fence import check_opened, layers_of
 from notabug.scenes_usd.framing import camera_for
-from notabug.scenes_usd.reader_camera import Picture, read_picture
+from notabug.scenes_usd.reader_camera import Picture, find_settings, read_picture
 from notabug.scenes_usd.reader_choice import check_frame, choose, open_stage
 from notabug.scenes_usd.reader_light import check_size, read_distant, read_point
 from notabug.scenes_usd.reader_objects import Drawing
@@ -48,15 +48,26 @@ def read_stage(path: Path, scene_id: str, variants: Mapping[str, str], view: Vie
 
 def survey_stage(path: Path, scene_id: str, variants: Mapping[str, str], view: View | None = None) -> Survey:
     """What is read of the scene in ``path``, approximated, and out of the contract; a fault is no exception here."""
+    return _survey(path, scene_id, variants, view, None)
+
+
+def survey_layer(over: Sdf.Layer, path: Path, scene_id: str, view: View) -> Survey:
+    """The same of a layer ``over`` the scene in ``path``, in memory only, which says all that there is to choose."""
+    return _survey(path, scene_id, {}, view, over)
+
+
+def _survey(
+    path: Path, scene_id: str, variants: Mapping[str, str], view: View | None, over: Sdf.Layer | None
+) -> Survey:
     with reading(view) as found:
-        scene = _guarded(path, scene_id, variants)
+        scene = _guarded(path, scene_id, variants, over)
     return Survey(None if found.errors else scene, tuple(found.remarks.values()))
 
 
-def _guarded(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene | None:
+def _guarded(path: Path, scene_id: str, variants: Mapping[str, str], over: Sdf.Layer | None = None) -> Scene | None:
     """The scene, or None with its faults noted in the reading in hand."""
     try:
-        return _read_stage(path, scene_id, variants)
+        return _read_stage(path, scene_id, variants, over)
     except SceneError as error:
         refuse(error)
     except Tf.ErrorException as error:
@@ -67,9 +78,9 @@ def _guarded(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene | 
     return None
 
 
-def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
+def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str], over: Sdf.Layer | None) -> Scene:
     layers = [] if is_trusted(path) else list(layers_of(path))
-    stage = open_stage(path)
+    stage = open_stage(path) if over is None else Usd.Stage.Open(over)
     del layers  # kept until now, so that each is parsed once
     root = stage.GetDefaultPrim()
     if not root:
@@ -155,6 +166,16 @@ def _pass_over(prim: Usd.Prim) -> None:
     what = not_read(prim)
     if what:
         note("not read", where(prim), what)
+
+
+def says_its_picture(path: Path, variants: Mapping[str, str]) -> bool:
+    """Whether the stage in ``path`` names a size and a camera, so that whoever opens it draws the same picture."""
+    stage = open_stage(path)
+    root = stage.GetDefaultPrim()
+    if root:
+        choose(stage, root, variants)
+    settings = find_settings(stage)
+    return settings is not None and UsdRender.Settings(settings).GetCameraRel().HasAuthoredTargets()
 
 
 def flattened(path: Path, variants: Mapping[str, str]) -> str:

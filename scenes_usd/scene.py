@@ -161,6 +161,7 @@ class Scene:
     intent: Mesh | None = None  # the guide mesh, when the card names one
     notes: tuple[str, ...] = ()  # what of the file the scene lacks; nothing that moves a pixel of it
     view: View = AS_IT_IS  # which picture of the stage was asked for
+    adapted: Literal["", "picture", "scene"] = ""  # in memory: which picture is meant, or what is drawn too
 
     @property
     def variant(self) -> str:

@@ -24,6 +24,7 @@ class View:
     time: float | None = None
     purposes: frozenset[str] = DRAWN
     quick: bool = False  # surfaces are refined once only: for who asks whether a scene can be read
+    size: tuple[int, int] | None = None  # pixels across and down where the stage says nothing of them
 
     @property
     def words(self) -> tuple[str, ...]:
