@@ -413,10 +413,10 @@ FEATURES = (
     Feature(
         "camera",
         "orthographic",
-        "adapted",
+        "read",
         camera=CAMERA.replace("BODY", 'token projection = "orthographic"').replace("= 20\n", "= 60\n"),
     ),
-    Feature("camera", "aperture offset", "adapted", camera=CAMERA.replace("BODY", "float verticalApertureOffset = 1")),
+    Feature("camera", "aperture offset", "read", camera=CAMERA.replace("BODY", "float verticalApertureOffset = 1")),
     Feature("camera", "fStop (not modelled)", "read", camera=CAMERA.replace("BODY", "float fStop = 2.8")),
     Feature(
         "camera",

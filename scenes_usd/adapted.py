@@ -20,6 +20,7 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, Vt
 from notabug.scenes_usd.card import OWN_CARD
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.framing import LIT, direction
+from notabug.scenes_usd.lens import write_lens
 from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.reader import scene_id
 from notabug.scenes_usd.reader_camera import DEFAULT_SIZE, cameras
@@ -32,7 +33,6 @@ from notabug.scenes_usd.view import AS_IT_IS, DRAWN, View, prim_and_set
 
 Mends = Literal["picture", "scene"]
 _PASSES = 5  # a value that is put right may show the next one that is not
-_APERTURE = 20.0
 _STAGE_METADATA = (  # of the root layer alone: those of a sublayer say nothing
     "upAxis",
     "metersPerUnit",
@@ -376,11 +376,8 @@ def _size_for(camera: Usd.Prim | None) -> tuple[int, int]:
 
 def _define(stage: Usd.Stage, path: str, camera: Camera) -> None:
     made = UsdGeom.Camera.Define(stage, path)
-    made.CreateProjectionAttr(UsdGeom.Tokens.perspective)
     made.CreateClippingRangeAttr(Gf.Vec2f(camera.near, camera.far))
-    made.CreateHorizontalApertureAttr(_APERTURE)
-    made.CreateVerticalApertureAttr(_APERTURE * camera.tan_y / camera.tan_x)
-    made.CreateFocalLengthAttr(_APERTURE / (2.0 * camera.tan_x))
+    write_lens(made, camera)
     _place(made, camera.to_world)
 
 

@@ -217,7 +217,7 @@ def test_adapting_keeps_the_light_of_what_it_makes_a_point(files: dict[str, Path
 # --- check --------------------------------------------------------------------------------------------------------
 
 TEN = {
-    "BODY": "float horizontalApertureOffset = 1",
+    "BODY": "float4[] clippingPlanes = [(1, 0, 0, 0)]",
     "two": f'{own.PLAIN_LIGHT}def RectLight "Area"\n{{\n}}\ndef DomeLight "Sky"\n{{\n}}\n',
     "bulb": own.PLAIN_LIGHT.replace('"Light"', '"Bulb"').replace("bool treatAsPoint = 1", "float inputs:radius = 1"),
     "look": "float inputs:metallic = 1\nfloat inputs:clearcoat = 1\ncolor3f inputs:emissiveColor = (1, 0, 0)",
@@ -228,7 +228,7 @@ FAULTS = [
     "/World/Area",
     "/World/Broken.faceVertexIndices",
     "/World/Bulb.treatAsPoint",
-    "/World/Camera.horizontalApertureOffset",
+    "/World/Camera.clippingPlanes",
     "/World/Look/Surface.inputs:clearcoat",
     "/World/Look/Surface.inputs:emissiveColor",
     "/World/Look/Surface.inputs:metallic",
