@@ -84,8 +84,8 @@ def needs(scene: Scene) -> frozenset[str]:
     """The capabilities that ``scene`` asks for: what its card requires and what its content implies.
 
     Words: mesh, sphere, normals, uv, texture, point_light, distant_light, opacity, phong, blinn, cosine_weighted,
-    coloured_highlight, mirror, transmission, orthographic, aperture_offset. A card may also require shadows; whether any fall is not looked at here,
-    since that takes a picture: see ``requirements.shadows_fall``.
+    coloured_highlight, mirror, transmission, orthographic, aperture_offset. A card may also require shadows; whether
+    any fall is not looked at here, since that takes a picture: see ``requirements.shadows_fall``.
     """
     found = set(scene.card.requires)
     for each in scene.objects:

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, Vt
 
+from notabug.scenes_usd.lens import write_lens
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader_shading import CONTEXT, PREVIEW, REFLECTION
-from notabug.scenes_usd.lens import write_lens
 from notabug.scenes_usd.scene import Floats, Light, Material, Mesh, Object, Scene, Sphere, Texture
 
 _EXACT = 1e-14  # of the largest coordinate: two roundings of the way into the frame and back
