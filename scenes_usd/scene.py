@@ -144,7 +144,7 @@ class Camera:
     shift_y: float = field(default=0.0, metadata={"left out": 0.0})
     orthographic: bool = field(default=False, metadata={"left out": False})
 
-    def spans(self, depth: Floats | float) -> Floats | float:
+    def spans(self, depth: npt.NDArray[np.floating[Any]] | float) -> npt.NDArray[np.floating[Any]] | float:
         """What ``tan_x`` and ``tan_y`` are multiplied by at ``depth`` along the axis for half of what is seen."""
         return np.ones_like(depth) if self.orthographic else depth
 
