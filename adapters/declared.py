@@ -27,8 +27,12 @@ OF_NUMBERS = ("quantum", "white")  # of the output, where it is coarser than its
 KEYS = (*_HINTS, *OF_NUMBERS, "pixels", "encoding", "capabilities")
 CAPABILITIES = frozenset(
     {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
-    | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows"}
+    | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows", "orthographic", "aperture_offset"}
 )
+_UNSAID = CAPABILITIES - {
+    "orthographic",
+    "aperture_offset",
+}  # cameras that no driver knows which was written before them
 
 
 # What a table's renderer does where the table does not say: as the contract has it, or as far as that differs from
@@ -176,8 +180,8 @@ def is_srgb(table: Table) -> bool:
 
 
 def capabilities(table: Table) -> frozenset[str]:
-    """What the renderer can draw; everything where the table does not say."""
-    found = frozenset(settings.words(table, "capabilities", sorted(CAPABILITIES)))
+    """What the renderer can draw; where the table does not say everything but cameras that are no plain pinhole."""
+    found = frozenset(settings.words(table, "capabilities", sorted(_UNSAID)))
     unknown = sorted(found - CAPABILITIES)
     if unknown:
         raise table.fault(

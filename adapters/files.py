@@ -60,6 +60,10 @@ class Files:
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
         del quality
         check_supported(self, scene)
+        if scene.adapted == "scene":
+            what = "its pictures show the scene as its file is, not as it is adapted in memory"
+            do = "write the layer down with notabug adapt, draw that one and name it"
+            raise UnsupportedError(what, where=f"adapter {self.name!r}", do=do)
         found = self._matches(scene)
         if not found:
             what = "no picture of this scene"
@@ -82,7 +86,7 @@ class Files:
         variant = escape(scene.variant or "default")
         for pattern in PATTERNS[:-1]:
             yield pattern.format(scene=escape(scene.id), variant=variant)
-        if dict(read_entry(scene.path).defaults) == dict(scene.variants):
+        if dict(read_entry(scene.path).defaults) == dict(scene.variants) and not scene.view.words:
             yield PATTERNS[-1].format(scene=escape(scene.id))
 
     def _copy(self, path: Path, out: Path, seed: int) -> Render:

@@ -46,7 +46,15 @@ class InHouse:
     install: str = "part of notabug"
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
-        | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows"}
+        | {
+            "cosine_weighted",
+            "coloured_highlight",
+            "mirror",
+            "transmission",
+            "shadows",
+            "orthographic",
+            "aperture_offset",
+        }
     )
 
     def declaration(self, quality: Quality) -> Declaration:

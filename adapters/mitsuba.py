@@ -61,7 +61,15 @@ class Mitsuba:
     edit: Callable[[dict[str, Any], Arrays], object] | None = None
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
-        | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows"}
+        | {
+            "cosine_weighted",
+            "coloured_highlight",
+            "mirror",
+            "transmission",
+            "shadows",
+            "orthographic",
+            "aperture_offset",
+        }
     )
     install: str = "pip install notabug[mitsuba]"
 

@@ -60,10 +60,8 @@ def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str
         if job["integrator"] == "direct"
         else {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20},
         "sensor": {
-            "type": "perspective",
+            **camera["lens"],
             "to_world": mi.ScalarTransform4f(np.array(camera["to_world"])),
-            "fov": camera["fov"],
-            "fov_axis": "x",
             "near_clip": camera["near"],
             "far_clip": camera["far"],
             "film": {

@@ -3,7 +3,7 @@
 What Mitsuba does, measured with 3.9.1, and what is written for it:
 
 - Camera: the USD matrix as column vectors with columns 0 and 2 negated; ``fov`` = 2 atan(tan_x) along x; pixels are
-  square.
+  square. An orthographic one sees -1 to 1 across; ``principal_point_offset`` is added to a place on the film.
 - Light: ``point`` takes the radiant intensity I, ``directional`` the irradiance at normal incidence; no factor.
 - A mesh gets one vertex per face corner, so that normals and uv may differ between faces; v is flipped.
 - Lambert surfaces are Mitsuba's own ``diffuse`` under ``direct``. Whatever else there is needs the BSDF of
@@ -119,8 +119,16 @@ def _camera(camera: Camera, aspect: float) -> dict[str, Any]:
             got=f"{camera.tan_x / camera.tan_y:g}",
         )
     to_world = camera.to_world.T * np.array([-1.0, 1.0, -1.0, 1.0])
-    fov = math.degrees(2.0 * math.atan(camera.tan_x))
-    return {"to_world": to_world.tolist(), "fov": fov, "near": camera.near, "far": camera.far}
+    told: dict[str, Any] = {"near": camera.near, "far": camera.far}
+    if camera.orthographic:  # it sees what lies between -1 and 1 across, about its axis
+        beside = camera.shift_x * camera.tan_x * to_world[:, 0] * -1.0 + camera.shift_y * camera.tan_y * to_world[:, 1]
+        to_world[:3, 3] += beside[:3]
+        to_world[:3, :2] *= camera.tan_x
+        return {**told, "lens": {"type": "orthographic"}, "to_world": to_world.tolist()}
+    lens = {"type": "perspective", "fov": math.degrees(2.0 * math.atan(camera.tan_x)), "fov_axis": "x"}
+    if camera.shift_x or camera.shift_y:  # added to the place on the film, in parts of it, right and down
+        lens |= {"principal_point_offset_x": camera.shift_x / 2.0, "principal_point_offset_y": -camera.shift_y / 2.0}
+    return {**told, "lens": lens, "to_world": to_world.tolist()}
 
 
 def _light(light: Light) -> dict[str, Any]:

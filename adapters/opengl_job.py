@@ -51,6 +51,7 @@ def projection(camera: Camera, *, reverse: bool) -> npt.NDArray[np.float64]:
     n, f = camera.near, camera.far
     matrix = np.zeros((4, 4))
     matrix[0, 0], matrix[1, 1], matrix[2, 3] = 1.0 / camera.tan_x, 1.0 / camera.tan_y, -1.0
+    matrix[2, 0], matrix[2, 1] = camera.shift_x, camera.shift_y
     if reverse:
         matrix[2, 2], matrix[3, 2] = n / (f - n), n * f / (f - n)
     else:

@@ -71,7 +71,7 @@ class PovRay:
     edit: Callable[[str], str] = str
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
-        | {"coloured_highlight", "mirror", "transmission", "shadows"}
+        | {"coloured_highlight", "mirror", "transmission", "shadows", "orthographic", "aperture_offset"}
     )
     install: str = "apt install povray"
 

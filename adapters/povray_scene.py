@@ -156,8 +156,11 @@ def _list(name: str, rows: npt.NDArray[Any]) -> str:
 
 def _camera(camera: Camera) -> str:
     x, y, z, origin = (camera.to_world[row, :3] for row in range(4))
+    beside = camera.shift_x * camera.tan_x * x + camera.shift_y * camera.tan_y * y
+    place, direction = (origin + beside, -z) if camera.orthographic else (origin, beside - z)
     return (
-        f"camera {{ perspective location {_vector(origin)} direction {_vector(-z)} "
+        f"camera {{ {'orthographic' if camera.orthographic else 'perspective'} location {_vector(place)} "
+        f"direction {_vector(direction)} "
         f"right {_vector(2.0 * camera.tan_x * x)} up {_vector(2.0 * camera.tan_y * y)} }}"
     )
 

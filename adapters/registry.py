@@ -84,8 +84,8 @@ def needs(scene: Scene) -> frozenset[str]:
     """The capabilities that ``scene`` asks for: what its card requires and what its content implies.
 
     Words: mesh, sphere, normals, uv, texture, point_light, distant_light, opacity, phong, blinn, cosine_weighted,
-    coloured_highlight, mirror, transmission. A card may also require shadows; whether any fall is not looked at here,
-    since that takes a picture: see ``requirements.shadows_fall``.
+    coloured_highlight, mirror, transmission, orthographic, aperture_offset. A card may also require shadows; whether
+    any fall is not looked at here, since that takes a picture: see ``requirements.shadows_fall``.
     """
     found = set(scene.card.requires)
     for each in scene.objects:
@@ -96,6 +96,10 @@ def needs(scene: Scene) -> frozenset[str]:
         else:
             found.add("sphere")
     found.update(f"{light.kind}_light" for light in scene.lights)
+    if scene.camera.orthographic:
+        found.add("orthographic")
+    if scene.camera.shift_x or scene.camera.shift_y:
+        found.add("aperture_offset")
     for index in {each.material for each in scene.objects}:
         material = scene.materials[index]
         if material.texture >= 0:

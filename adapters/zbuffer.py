@@ -20,7 +20,7 @@ from notabug.scenes_usd.scene import Scene
 
 CAPABILITIES = frozenset(
     {"mesh", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
-    | {"cosine_weighted", "coloured_highlight"}
+    | {"cosine_weighted", "coloured_highlight", "aperture_offset"}
 )
 
 
@@ -47,7 +47,8 @@ class ZBuffer:
 
     @property
     def capabilities(self) -> frozenset[str]:
-        return CAPABILITIES | {"shadows"} if self.shadow_map else CAPABILITIES
+        drawn = CAPABILITIES | {"orthographic"}
+        return drawn | {"shadows"} if self.shadow_map else drawn
 
     def declaration(self, quality: Quality) -> Declaration:
         return replace(

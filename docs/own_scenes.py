@@ -15,7 +15,7 @@ from typing import Literal
 
 from notabug.scenes_usd.adapted import adapt
 from notabug.scenes_usd.reader_stage import survey_stage
-from notabug.scenes_usd.reading import View
+from notabug.scenes_usd.view import View
 
 State = Literal["read", "adapted", "refused"]
 WORDS = {"read": "as it is", "adapted": "after `notabug adapt`", "refused": "no"}
@@ -413,10 +413,10 @@ FEATURES = (
     Feature(
         "camera",
         "orthographic",
-        "adapted",
+        "read",
         camera=CAMERA.replace("BODY", 'token projection = "orthographic"').replace("= 20\n", "= 60\n"),
     ),
-    Feature("camera", "aperture offset", "adapted", camera=CAMERA.replace("BODY", "float verticalApertureOffset = 1")),
+    Feature("camera", "aperture offset", "read", camera=CAMERA.replace("BODY", "float verticalApertureOffset = 1")),
     Feature("camera", "fStop (not modelled)", "read", camera=CAMERA.replace("BODY", "float fStop = 2.8")),
     Feature(
         "camera",

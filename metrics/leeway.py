@@ -86,7 +86,7 @@ def _moved(scene: Scene, light: Light, place: Floats, normal: Floats, depth: Flo
         to = np.asarray(light.position, np.float64) - place
         to = to / np.maximum(np.linalg.norm(to, axis=2), 1e-30)[..., None]
     cosine = (to * normal).sum(axis=2)
-    epsilon = HALF * 2.0 * scene.camera.tan_x / scene.width * depth
+    epsilon = HALF * 2.0 * scene.camera.tan_x / scene.width * scene.camera.spans(depth)
     height = SMALL * epsilon / np.maximum(cosine, 1e-6)
     shown = _raster(scene, place + height[..., None] * (cosine[..., None] * normal - to))
     moved = (shown - _raster(scene, place)) / SMALL
@@ -99,7 +99,9 @@ def _raster(scene: Scene, place: Floats) -> Floats:
     camera = scene.camera
     local = (place - camera.to_world[3, :3]) @ camera.to_world[:3, :3].T
     away = np.where(local[..., 2] < 0, -local[..., 2], np.inf)
-    x, y = local[..., 0] / away / camera.tan_x, local[..., 1] / away / camera.tan_y
+    span = np.where(np.isfinite(away), camera.spans(away), np.inf)
+    x = local[..., 0] / span / camera.tan_x - camera.shift_x
+    y = local[..., 1] / span / camera.tan_y - camera.shift_y
     return np.stack([(x + 1.0) * scene.width / 2, (1.0 - y) * scene.height / 2], axis=2)
 
 
@@ -110,14 +112,19 @@ def _surface(scene: Scene) -> tuple[Floats, Floats, Floats]:
     torch = Light("/torch", "point", (np.pi,) * 3, position=tuple(eye))
     even, falling = (_white(scene, torch, falloff) for falloff in ("none", "linear"))
     distance = np.where(falling > 0, even / np.maximum(falling, 1e-30), 0.0)
-    x = (2.0 * (np.arange(scene.width) + 0.5) / scene.width - 1.0) * camera.tan_x
-    y = (1.0 - 2.0 * (np.arange(scene.height) + 0.5) / scene.height) * camera.tan_y
-    rays = np.stack([*np.broadcast_arrays(x[None, :], y[:, None], -1.0)], axis=2) @ camera.to_world[:3, :3]
-    depth = distance / np.linalg.norm(rays, axis=2)
+    x = (2.0 * (np.arange(scene.width) + 0.5) / scene.width - 1.0 + camera.shift_x) * camera.tan_x
+    y = (1.0 - 2.0 * (np.arange(scene.height) + 0.5) / scene.height + camera.shift_y) * camera.tan_y
+    if camera.orthographic:
+        aside = np.stack([*np.broadcast_arrays(x[None, :], y[:, None], 0.0)], axis=2) @ camera.to_world[:3, :3]
+        depth = np.sqrt(np.maximum(np.square(distance) - np.square(aside).sum(axis=2), 0.0))
+        start, rays = eye + aside, np.broadcast_to(-camera.to_world[2, :3], aside.shape)
+    else:
+        rays = np.stack([*np.broadcast_arrays(x[None, :], y[:, None], -1.0)], axis=2) @ camera.to_world[:3, :3]
+        depth, start = distance / np.linalg.norm(rays, axis=2), eye
     components = list(_components(scene))
     normal = np.stack([front - back for front, back in zip(components[::2], components[1::2], strict=True)], axis=2)
     normal = normal / np.maximum(np.linalg.norm(normal, axis=2), 1e-30)[..., None]
-    return eye + depth[..., None] * rays, normal, depth
+    return start + depth[..., None] * rays, normal, depth
 
 
 def _components(scene: Scene) -> Iterator[Floats]:

@@ -16,6 +16,7 @@ from notabug.folders import write_text
 from notabug.progress import console
 from notabug.record import Result, load
 from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.view import AS_IT_IS, View, variant_word
 from notabug.selection import parse_variants
 from notabug.words import area, strongest
 
@@ -27,6 +28,7 @@ def command(
     scene: str,
     renderer: str,
     variants: Sequence[str],
+    view: View = AS_IT_IS,
     because: str,
     link: str,
     expires: str,
@@ -41,7 +43,7 @@ def command(
     if not because.strip():
         raise SelectionError("an entry needs a reason", where="--because")
     document = load(out)
-    result = _result([Result.from_dict(each) for each in document["results"]], scene, renderer, variants)
+    result = _result([Result.from_dict(each) for each in document["results"]], scene, renderer, variants, view)
     entry = entry_for(result, because.strip(), document["tool"]["models"], link, _date(expires), band)
     text = path.read_text(encoding="utf-8") if path.is_file() else HEAD
     write_text(path, with_entry(text, entry))
@@ -87,8 +89,9 @@ def _band(value: float, share: float, least: float) -> Band | None:
     return (max(0.0, math.floor((value - room) * 100) / 100), math.ceil((value + room) * 100) / 100)
 
 
-def _result(results: Sequence[Result], scene: str, renderer: str, variants: Sequence[str]) -> Result:
-    wanted = {f"{key}={value}" for key, values in parse_variants(variants).items() for value in values}
+def _result(results: Sequence[Result], scene: str, renderer: str, variants: Sequence[str], view: View) -> Result:
+    wanted = {variant_word(key, value) for key, values in parse_variants(variants).items() for value in values}
+    wanted |= set(view.words)
     found = [
         each
         for each in results

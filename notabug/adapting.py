@@ -14,7 +14,7 @@ from notabug.progress import console
 from notabug.scenes_usd.adapted import Adapted, adapt
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.reader import SUFFIXES, find
-from notabug.scenes_usd.reading import View
+from notabug.scenes_usd.view import View
 
 
 def command(*, source: str, out: Path, variants: list[str], view: View, size: str, as_json: bool) -> ExitCode:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import math
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 from rich.console import Console
@@ -13,14 +13,15 @@ from rich.text import Text
 from notabug.exit_codes import ExitCode
 from notabug.judging import one_variant
 from notabug.progress import console
-from notabug.scenes_usd.errors import NotabugError, SceneError, SelectionError
+from notabug.scenes_usd.errors import ManyFaultsError, NotabugError, SceneError
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.reader import survey_scene
 from notabug.scenes_usd.reader_stage import Survey
-from notabug.scenes_usd.reading import Remark, View
+from notabug.scenes_usd.reading import Remark
 from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.view import View
 from notabug.words import counted
 
-PURPOSES = ("default", "render", "proxy", "guide")
 ORDER = ("out of the contract", "approximated", "not read")
 _GLYPHS = {"out of the contract": ("✗", "bold red"), "approximated": ("≈", "yellow"), "not read": ("–", "dim")}
 
@@ -35,8 +36,17 @@ def command(*, source: str, variants: list[str], view: View, as_json: bool) -> E
     if as_json:
         print(json.dumps(as_document(source, survey), ensure_ascii=False))
     else:
-        show(console(), source, survey)
+        show(console(), source, survey, 0 if survey.scene is not None else _left(source, chosen, view))
     return ExitCode.OK if survey.scene is not None else ExitCode.USAGE
+
+
+def _left(source: str, variants: dict[str, str], view: View) -> int:
+    """How many faults of ``source`` no adaptation mends."""
+    try:
+        take_scene(source, variants, replace(view, quick=True))
+    except SceneError as error:
+        return len(error.errors) if isinstance(error, ManyFaultsError) else 1
+    return 0
 
 
 def by_path(survey: Survey) -> list[Remark]:
@@ -80,8 +90,11 @@ def what_is_read(scene: Scene) -> list[dict[str, Any]]:
     return rows
 
 
-def show(out: Console, source: str, survey: Survey) -> None:
-    """Print the survey: one line a remark, then what was read, in numbers, and what to do next."""
+def show(out: Console, source: str, survey: Survey, left: int = 0) -> None:
+    """Print the survey: one line a remark, then what was read, in numbers, and what to do next.
+
+    ``left`` faults are such as no adaptation mends.
+    """
     for remark in by_path(survey):
         glyph, style = _GLYPHS[remark.kind]
         out.print(
@@ -100,14 +113,12 @@ def show(out: Console, source: str, survey: Survey) -> None:
         )
         out.print(f"next: notabug run {source}", markup=False, soft_wrap=True)
         return
-    left = [remark for remark in survey.remarks if remark.kind == "out of the contract" and not remark.mends]
     if not left:
-        out.print(
-            f"next: notabug adapt {source} --out own.usda writes a layer that says it all", markup=False, soft_wrap=True
-        )
+        do = f"notabug run {source} draws it adapted in memory; notabug adapt {source} --out own.usda writes that down"
+        out.print(f"next: {do}", markup=False, soft_wrap=True)
     elif any(remark.mends for remark in survey.remarks):
         out.print(
-            f"next: notabug adapt {source} --out own.usda mends all but {len(left)}; these are for you",
+            f"next: notabug adapt {source} --out own.usda mends all but {left}; these are for you",
             markup=False,
             soft_wrap=True,
         )
@@ -120,14 +131,3 @@ def says(remark: Remark) -> str:
     '/Hair: BasisCurves: nothing of it is drawn'
     """
     return str(remark.error) if isinstance(remark.error, NotabugError) else f"{remark.where}: {remark.what}"
-
-
-def view_of(camera: str, time: float | None, purposes: list[str]) -> View:
-    """What the options ``--camera``, ``--time`` and ``--purpose`` ask for."""
-    for word in purposes:
-        if word not in PURPOSES:
-            raise SelectionError(f"no purpose {word!r}", where="--purpose", expected=f"one of {', '.join(PURPOSES)}")
-    if time is not None and not math.isfinite(time):
-        raise SelectionError("not a time code", where="--time", expected="a number", got=str(time))
-    drawn = frozenset({"default", *purposes}) if purposes else View().purposes
-    return View(camera=camera, time=time, purposes=drawn)

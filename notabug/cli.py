@@ -46,6 +46,7 @@ from notabug.options import (
     Verbose,
 )
 from notabug.scenes_usd.errors import FileError, NotabugError, is_of_files
+from notabug.scenes_usd.view import view_of
 
 app = typer.Typer(
     name="notabug",
@@ -78,6 +79,9 @@ def run(
     scenes: Scenes = None,
     renderer: Renderers = None,
     variant: Variant = None,
+    camera: CameraOption = "",
+    time: TimeOption = None,
+    purpose: PurposeOption = None,
     variants: Annotated[
         Variants, typer.Option(help="Default variants only, or each set varied in turn.")
     ] = Variants.default,
@@ -127,6 +131,7 @@ def run(
         scenes=scenes or [],
         renderers=renderer or [],
         variants=variant or [],
+        view=view_of(camera, time, purpose or []),
         every_variant=variants is Variants.all,
         out=out,
         samples=samples,
@@ -153,6 +158,9 @@ def judge(
     images: Annotated[list[Path], typer.Argument(metavar="IMAGE...", help="Pictures; several are independent seeds.")],
     scene: SceneOption,
     variant: Variant = None,
+    camera: CameraOption = "",
+    time: TimeOption = None,
+    purpose: PurposeOption = None,
     filter: Annotated[Filter, typer.Option(help="The renderer's pixel filter.")] = Filter.unknown,  # noqa: A002
     radius: Annotated[float | None, typer.Option(min=0.0, help="The filter's radius in pixels.")] = None,
     precision: Annotated[
@@ -180,6 +188,7 @@ def judge(
         images=images,
         source=scene,
         variants=variant or [],
+        view=view_of(camera, time, purpose or []),
         filter_name=filter.value,
         radius=radius,
         precision=precision.value,
@@ -205,7 +214,7 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Say what of a scene is read, what is approximated, what is not read and what is out of the contract."""
-    from notabug.checking import command, view_of
+    from notabug.checking import command
 
     view = view_of(camera, time, purpose or [])
     raise typer.Exit(command(source=scene, variants=variant or [], view=view, as_json=as_json))
@@ -224,7 +233,6 @@ def adapt(
 ) -> None:
     """Write a layer over a scene that makes it judgeable; the scene itself stays as it is."""
     from notabug.adapting import command
-    from notabug.checking import view_of
 
     view = view_of(camera, time, purpose or [])
     raise typer.Exit(command(source=scene, out=out, variants=variant or [], view=view, size=size, as_json=as_json))
@@ -241,6 +249,9 @@ def why(
         ),
     ] = "",
     variant: Variant = None,
+    camera: CameraOption = "",
+    time: TimeOption = None,
+    purpose: PurposeOption = None,
     filter: Annotated[Filter, typer.Option(help="The renderer's pixel filter.")] = Filter.unknown,  # noqa: A002
     precision: Annotated[Precision, typer.Option(help="Arithmetic of the intersections.")] = Precision.float32,
     encoding: Annotated[Encoding, typer.Option(help="What the picture's numbers are.")] = Encoding.linear,
@@ -259,6 +270,7 @@ def why(
         image=image,
         source=scene,
         variants=variant or [],
+        view=view_of(camera, time, purpose or []),
         pixel=pixel,
         filter_name=filter.value,
         precision=precision.value,
@@ -307,6 +319,9 @@ def export(
     to: Annotated[Format, typer.Option("--to", help="The format.")],
     scenes: Scenes = None,
     variant: Variant = None,
+    camera: CameraOption = "",
+    time: TimeOption = None,
+    purpose: PurposeOption = None,
     variants: Annotated[
         Variants, typer.Option(help="Default variants only, or each set varied in turn.")
     ] = Variants.default,
@@ -316,7 +331,8 @@ def export(
     """Write scenes for renderers that read no USD, with scene.json beside each."""
     from notabug.exporting import command
 
-    raise typer.Exit(command(scenes or [], variant or [], variants is Variants.all, to.value, out, as_json))
+    view = view_of(camera, time, purpose or [])
+    raise typer.Exit(command(scenes or [], variant or [], variants is Variants.all, to.value, out, as_json, view))
 
 
 @app.command("list", epilog=epilog("list"))
@@ -419,6 +435,9 @@ def reduce(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="An id or a USD file on which the renderer has a bug.")],
     renderer: Renderer,
     variant: Variant = None,
+    camera: CameraOption = "",
+    time: TimeOption = None,
+    purpose: PurposeOption = None,
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="An attribute of the adapter, such as variant=scalar_rgb."),
@@ -439,6 +458,7 @@ def reduce(
             scene=scene,
             renderer=renderer,
             variants=variant or [],
+            view=view_of(camera, time, purpose or []),
             settings=settings or [],
             out=out,
             samples=samples,
@@ -455,6 +475,9 @@ def accept(
     renderer: Renderer,
     because: Annotated[str, typer.Option(help="Why: a sentence for whoever reads the file next.")],
     variant: Variant = None,
+    camera: CameraOption = "",
+    time: TimeOption = None,
+    purpose: PurposeOption = None,
     link: Annotated[str, typer.Option(help="Where it is discussed.")] = "",
     expires: Annotated[str, typer.Option(metavar="YYYY-MM-DD", help="From when on it is not accepted.")] = "",
     band: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share by which area and jnd may differ.")] = 0.1,
@@ -470,6 +493,7 @@ def accept(
             scene=scene,
             renderer=renderer,
             variants=variant or [],
+            view=view_of(camera, time, purpose or []),
             because=because,
             link=link,
             expires=expires,

@@ -11,18 +11,28 @@ from notabug.exit_codes import ExitCode
 from notabug.folders import scene_folder
 from notabug.own_folder import claim
 from notabug.progress import console
-from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.own import take_scene
+from notabug.scenes_usd.view import AS_IT_IS, View
 from notabug.selection import choose, parse_variants
 
 
 def command(
-    scenes: Sequence[str], variants: Sequence[str], every_variant: bool, kind: str, out: Path, as_json: bool = False
+    scenes: Sequence[str],
+    variants: Sequence[str],
+    every_variant: bool,
+    kind: str,
+    out: Path,
+    as_json: bool = False,
+    view: View = AS_IT_IS,
 ) -> ExitCode:
     """Write the selection as ``kind`` below ``out`` and print what a renderer is to open, a line each."""
     claim(out, "export")
     written = []
-    for choice in choose(scenes, parse_variants(variants), every_variant=every_variant):
-        scene = read_scene(choice.source, choice.variants)
+    for choice in choose(scenes, parse_variants(variants), every_variant=every_variant, view=view):
+        taken = take_scene(choice.source, choice.variants, choice.view)
+        scene = taken.scene
+        if taken.says:
+            console(stderr=True).print(taken.told(choice.source), markup=False, soft_wrap=True)
         folder = scene_folder(out, choice.folder or choice.id, scene.variant)
         folder.mkdir(parents=True, exist_ok=True)
         path = export(scene, kind, folder)

@@ -29,8 +29,9 @@ from notabug.progress import console, verdict_text
 from notabug.record import SCHEMA, Result, json_ready
 from notabug.report.page import draw
 from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import Picture, read_picture, write_exr
-from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.view import AS_IT_IS, View
 from notabug.selection import parse_variants
 from notabug.tool import tool
 from notabug.words import number, readable
@@ -41,6 +42,7 @@ def command(
     images: Sequence[Path],
     source: str,
     variants: Sequence[str],
+    view: View = AS_IT_IS,
     filter_name: str,
     radius: float | None,
     precision: str,
@@ -57,8 +59,12 @@ def command(
     begun = time.perf_counter()
     if out is not None:
         claim(out, "run")
-    scene = read_scene(source, one_variant(variants))
     pictures = [read_picture(path, layer=layer, srgb=srgb) for path in images]
+    height, width = pictures[0].pixels.shape[:2]
+    taken = take_scene(source, one_variant(variants), replace(view, size=(width, height)), "picture")
+    scene = taken.scene
+    if taken.says:
+        console(stderr=True).print(Text(taken.told(source)), soft_wrap=True)
     said = declared.said(declare_words)
     declaration = declare(pictures, filter_name, radius, precision, srgb=srgb, noisy=noisy, samples=samples, said=said)
     folder = out / folder_name(scene.id) if out else None

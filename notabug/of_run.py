@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,10 @@ from notabug.adapters.registry import adapter
 from notabug.record import Result, load
 from notabug.report.loading import inside, results_of
 from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import read_picture
+from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.view import View, from_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +40,16 @@ class Origin:
         return given[0] if given and words[1] == "run" else self.result.scene
 
     @property
-    def variants(self) -> dict[str, str]:
-        pairs = (word.partition("=") for word in self.result.variant.split(",") if word)
-        return {name: value for name, _, value in pairs}
+    def choice(self) -> tuple[dict[str, str], View]:
+        """The variants of the picture's scene and its view."""
+        return from_text(self.result.variant)
+
+    def scene(self) -> Scene:
+        """The scene as the run took it."""
+        variants, view = self.choice
+        judged = shlex.split(self.result.command)[1:2] == ["judge"]  # what it was drawn by saw the file as it is
+        sized = replace(view, size=self.result.size) if judged else view
+        return take_scene(self.source, variants, sized, "picture" if judged else "scene").scene
 
     def declaration(self) -> Declaration:
         """What the renderer of the picture declares; for a picture that was judged as a file, what was said of it."""

@@ -122,7 +122,11 @@ Json = Annotated[
 ]
 Variant = Annotated[
     list[str] | None,
-    typer.Option("--variant", metavar="SET=NAME", help="A variant; again for more, SET=all for each of the set."),
+    typer.Option(
+        "--variant",
+        metavar="SET=NAME",
+        help="A variant, of another prim than the default one /Prim{SET=NAME}; again for more, SET=all for each.",
+    ),
 ]
 SceneOption = Annotated[
     str,

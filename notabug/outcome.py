@@ -16,6 +16,8 @@ from notabug.references.store import others
 from notabug.scenes_usd.picture import Picture, read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
 
+BLACK = "the reference is black everywhere: look at the scene's lights and camera, for this picture shows nothing"
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
@@ -60,7 +62,7 @@ def judge_pictures(
         (width, height),
         time.perf_counter() - start,
         _told([each.judged for each in pictures]),
-        _told([each.notes for each in pictures]),
+        _told([*([] if judgement.reference.any() else [(BLACK,)]), *(each.notes for each in pictures)]),
     )
 
 

@@ -20,6 +20,9 @@ TEXTS = (
     ("scenes", "Scenes to test, as for `notabug run`: ids, classes, globs or USD files.", ""),
     ("renderers", "Renderers to test; default: all that are installed.", ""),
     ("variants", "Variants SET=NAME, or `all`.", ""),
+    ("camera", "The camera, by its path; default: each scene's own.", ""),
+    ("time", "The frame of animated scenes.", ""),
+    ("purposes", "What is drawn beside default: render, proxy, guide; default: render.", ""),
     ("require", "Renderers that must be installed.", ""),
     ("expect", "What is accepted; default: notabug.expect.toml where it is there.", ""),
     ("out", "Folder for pictures, run.json and the report.", "notabug-out"),
@@ -140,14 +143,25 @@ def judge() -> Any:
     """``judge(image, scene=..., **declaration)``: the verdict on a picture, or on several seeds of one.
 
     ``image`` is a path, an array of [height, width, 3] linear float values, or a sequence of either; ``scene`` an id
-    or a USD file, ``variant`` its ``{set: name}``. The declaration says what is known about the renderer: ``filter``,
+    or a USD file, ``variant`` its ``{set: name}``; ``camera``, ``time`` and ``purposes`` as the options of ``notabug
+    judge``. The declaration says what is known about the renderer: ``filter``,
     ``radius``, ``precision``, ``noisy`` and the other fields of ``notabug.adapters.base.Declaration``.
     """
 
-    def judge(image: Any, *, scene: str, variant: dict[str, str] | None = None, **declaration: Any) -> Verdict:
+    def judge(
+        image: Any,
+        *,
+        scene: str,
+        variant: dict[str, str] | None = None,
+        camera: str = "",
+        time: float | None = None,
+        purposes: Sequence[str] = (),
+        **declaration: Any,
+    ) -> Verdict:
         from notabug.pytest_session import judged
+        from notabug.scenes_usd.view import view_of
 
-        return judged(_listed(image), scene, variant or {}, declaration)
+        return judged(_listed(image), scene, variant or {}, declaration, view_of(camera, time, purposes))
 
     return judge
 

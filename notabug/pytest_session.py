@@ -24,8 +24,9 @@ from notabug.report.page import draw
 from notabug.report.sentence import sentence
 from notabug.run import Calibrated, Plan, Run, Silent, Task, calibrate, perform
 from notabug.scenes_usd.errors import NotabugError, SelectionError
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import Picture, read_picture
-from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.view import AS_IT_IS, View, view_of
 from notabug.selection import choose, parse_variants
 
 Kind = Literal["pass", "fail", "xfail", "skip"]
@@ -51,7 +52,9 @@ class Bench:
         asked = {name: adapter(name) for name in (*named, *required)} if named else adapters()
         variants = _words(settings["variants"])
         wanted = parse_variants([each for each in variants if each != "all"])
-        choices = choose(_words(settings["scenes"]), wanted, every_variant="all" in variants)
+        time = float(settings["time"]) if settings["time"] else None
+        view = view_of(settings["camera"], time, _words(settings["purposes"]))
+        choices = choose(_words(settings["scenes"]), wanted, every_variant="all" in variants, view=view)
         found: dict[str, tuple[Adapter, Found]] = {}
         absent: dict[str, str] = {}
         for name, each in asked.items():
@@ -119,10 +122,17 @@ class Bench:
         draw(self.plan.out)
 
 
-def judged(images: Sequence[Any], source: str, variants: Mapping[str, str], declared: Mapping[str, Any]) -> Verdict:
+def judged(
+    images: Sequence[Any],
+    source: str,
+    variants: Mapping[str, str],
+    declared: Mapping[str, Any],
+    view: View = AS_IT_IS,
+) -> Verdict:
     """The verdict on ``images``, paths or arrays, as seeds of one renderer; ``declared`` overrides what is unknown."""
     pictures = [each if isinstance(each, Picture) else _picture(each) for each in images]
-    scene = read_scene(source, dict(variants))
+    height, width = pictures[0].pixels.shape[:2]
+    scene = take_scene(source, dict(variants), replace(view, size=(width, height)), "picture").scene
     words = dict(declared)
     base = declare(
         pictures,

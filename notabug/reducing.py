@@ -20,8 +20,10 @@ from notabug.own_folder import check, claim
 from notabug.progress import console
 from notabug.reduce import Examiner, Shown, bug, reduced, size
 from notabug.scenes_usd.errors import NotabugError, SelectionError
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.view import AS_IT_IS, View
 from notabug.scenes_usd.writer import write_scene
 from notabug.words import readable
 
@@ -31,6 +33,7 @@ def command(
     scene: str,
     renderer: str,
     variants: Sequence[str],
+    view: View = AS_IT_IS,
     settings: Sequence[str],
     out: Path,
     samples: int,
@@ -44,7 +47,10 @@ def command(
     who = configured(adapter(renderer), settings)
     found = who.find()
     examiner = Examiner(who, Quality(samples=samples, seeds=tuple(range(seeds))))
-    start = read_scene(scene, one_variant(variants))
+    taken = take_scene(scene, one_variant(variants), view)
+    start = taken.scene
+    if taken.says:
+        quiet.print(Text(taken.told(scene)), soft_wrap=True)
     first = examiner.show(start)
     name = bug(first.verdict)
     if not name:

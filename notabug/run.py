@@ -25,8 +25,9 @@ from notabug.metrics.verdict import Verdict, Word
 from notabug.record import SCHEMA, RecordError, Result
 from notabug.scenes_usd.catalogue import expected
 from notabug.scenes_usd.errors import FileError, NotabugError, SceneError, is_of_files
-from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.view import options_for
 from notabug.selection import Choice
 from notabug.shape import FILE, NUMBER, TEXT, WHOLE, Fields, Many, Shape, check
 from notabug.tool import fingerprint, tool
@@ -262,8 +263,10 @@ def _lost(plan: Plan, task: Task, error: Exception) -> Done:
 def _read(choice: Choice) -> Scene | NotabugError:
     if choice.refused:
         return SceneError(choice.refused)
+    if choice.scene is not None:
+        return choice.scene
     try:
-        return read_scene(choice.source, choice.variants)
+        return take_scene(choice.source, choice.variants, choice.view).scene
     except NotabugError as error:
         return error
 
@@ -538,8 +541,7 @@ def reproduce(choice: Choice, renderer: str, quality: Quality) -> str:
     if choice.label:
         return shlex.join(["notabug", "run", "--workarounds", choice.source, "-r", renderer])
     words = ["notabug", "run", choice.source, "-r", renderer]
-    for name, value in sorted(choice.variants.items()):
-        words += ["--variant", f"{name}={value}"]
+    words += options_for(choice.variant)
     if quality.samples:
         words += ["--samples", str(quality.samples)]
     if len(quality.seeds) != len(Quality().seeds):

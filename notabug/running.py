@@ -6,6 +6,7 @@ import contextlib
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -26,7 +27,8 @@ from notabug.report.drawing import Pictures
 from notabug.report.page import draw
 from notabug.run import Plan, Run, find_renderers, run
 from notabug.scenes_usd.errors import ManyFaultsError, NotabugError, SceneError, SelectionError
-from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.own import take_scene
+from notabug.scenes_usd.view import AS_IT_IS, View
 from notabug.selection import OWN_FOLDER, Choice, NothingSelectedError, choose, parse_variants, part, quick
 from notabug.words import counted, duration, tally
 
@@ -39,6 +41,7 @@ def command(
     scenes: Sequence[str],
     renderers: Sequence[str],
     variants: Sequence[str],
+    view: View = AS_IT_IS,
     every_variant: bool,
     out: Path,
     samples: int,
@@ -63,15 +66,16 @@ def command(
         load(baseline)  # before anything is drawn for a folder that holds no run
     gate = Gate.load(expect, fail_on)
     selected = workarounds.chosen(scenes) if remedies else []
-    if remedies and (variants or every_variant):
-        raise SelectionError("workarounds choose their variants themselves", do="leave --variant and --variants out")
+    if remedies and (variants or every_variant or view.words):
+        left = "leave --variant, --variants, --camera, --time and --purpose out"
+        raise SelectionError("workarounds choose their pictures themselves", do=left)
     choices = (
         workarounds.choices(selected)
         if remedies
-        else choose(scenes, parse_variants(variants), every_variant=every_variant)
+        else choose(scenes, parse_variants(variants), every_variant=every_variant, view=view)
     )
     choices = part(quick(choices) if few else choices, shard)
-    _look_at_own(choices, quiet)
+    choices = _read_own(choices, quiet)
     asked = {name: adapter(name) for name in dict.fromkeys(renderers)} if renderers else adapters()
     required = {name: adapter(name) for name in require}
 
@@ -128,24 +132,33 @@ def command(
     return workarounds.code_of(found_rows, state.results) if remedies else code_of(state.results)
 
 
-def _look_at_own(choices: Sequence[Choice], quiet: Console) -> None:
-    """Tell all that takes the selected scenes of a team's own out of the contract, before anything is drawn.
+def _read_own(choices: Sequence[Choice], quiet: Console) -> list[Choice]:
+    """The ``choices`` with the scenes of a team's own read, once for all renderers, before anything is drawn.
 
-    Raises it where that leaves nothing to draw.
+    Told is how each was adapted, and all that takes it out of the contract; that is raised where it leaves nothing to
+    draw. A camera, a frame or a variant that a scene lacks is a SelectionError, which says what there is.
     """
+    read: list[Choice] = []
     faults: list[SceneError] = []
-    refused = 0
     for choice in choices:
-        if choice.folder.startswith(OWN_FOLDER):
-            try:
-                read_scene(choice.source, choice.variants)
-            except SceneError as error:
-                refused += 1
-                faults += error.errors if isinstance(error, ManyFaultsError) else (error,)
-    if refused == len(choices) and faults:
+        own = choice.folder.startswith(OWN_FOLDER)
+        if choice.refused or not (own or choice.view.words):
+            read.append(choice)
+            continue
+        try:
+            taken = take_scene(choice.source, choice.variants, choice.view)
+        except SceneError as error:
+            faults += error.errors if isinstance(error, ManyFaultsError) else (error,)
+            read.append(replace(choice, refused=str(error)))
+            continue
+        if taken.says:
+            quiet.print(Text(taken.told(choice.source)), soft_wrap=True)
+        read.append(replace(choice, scene=taken.scene if own else None))
+    if faults and all(choice.refused for choice in read):
         raise ManyFaultsError(tuple(faults)) if len(faults) > 1 else faults[0]
     for fault in faults:
         quiet.print(Text(f"notabug: {fault}", style="bold red"), soft_wrap=True)
+    return read
 
 
 def _beginning(plan: Plan) -> str:

@@ -14,6 +14,7 @@ from notabug.scenes_usd import catalogue
 from notabug.scenes_usd.errors import NotabugError, SceneError, SelectionError
 from notabug.scenes_usd.reader import SUFFIXES, find, look_through, scene_id
 from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.view import AS_IT_IS, View, as_text, read_variant_word, variant_word
 
 ALL = "all"
 
@@ -33,41 +34,47 @@ def unaltered(adapter: Adapter, scene: Scene) -> Adapter:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One scene with the variants that were asked for; sets left out keep the scene's default.
+    """One scene with the variants and the view that were asked for; sets left out keep the scene's default.
 
     ``source`` is what was asked for (an id or a path), ``folder`` where the results of a scene from outside the corpus
     go: two files of one name must not share a folder. ``label`` names what ``alter`` makes of an adapter, "" nothing;
     ``only`` names the renderers that the choice is for, all where it is empty. ``refused`` says why the scene is not
-    read at all.
+    read at all, ``scene`` is the scene where it has been read.
     """
 
     source: str
     id: str
     variants: Mapping[str, str] = field(default_factory=dict)
     folder: str = ""
+    view: View = AS_IT_IS
     label: str = ""
     alter: Callable[[Adapter, Scene], Adapter] = unaltered
     only: frozenset[str] = frozenset()
     refused: str = ""
+    scene: Scene | None = field(default=None, compare=False, repr=False)
 
     @property
     def variant(self) -> str:
-        return ",".join(f"{key}={value}" for key, value in sorted(self.variants.items()))
+        return as_text(self.variants, self.view)
 
 
 def parse_variants(words: Iterable[str]) -> dict[str, tuple[str, ...]]:
-    """``SET=NAME`` words; a set that is named again collects its names, ``SET=A,B`` names two at once."""
+    """``SET=NAME`` and ``/Prim{SET=NAME}`` words; a set that is named again collects its names, so does ``SET=A,B``."""
     wanted: dict[str, tuple[str, ...]] = {}
     for word in words:
-        name, equals, values = word.partition("=")
-        if not (name and equals and values):
-            raise SelectionError("not a variant", where="--variant", expected="SET=NAME", got=repr(word))
+        name, values = read_variant_word(word)
         wanted[name] = (*wanted.get(name, ()), *(each for each in values.split(",") if each))
     return wanted
 
 
-def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_variant: bool = False) -> list[Choice]:
-    """The choices for ``scenes`` (all when empty) under the variants ``wanted``.
+def choose(
+    scenes: Sequence[str],
+    wanted: Mapping[str, Sequence[str]],
+    *,
+    every_variant: bool = False,
+    view: View = AS_IT_IS,
+) -> list[Choice]:
+    """The choices for ``scenes`` (all when empty) under the variants ``wanted``, each in the ``view``.
 
     A scene without a wanted set keeps its default; a set that no selected scene has is a SelectionError.
     ``every_variant`` varies one set at a time about the default, so that a scene costs the sum of its sets' sizes, not
@@ -82,7 +89,7 @@ def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_
     if not sources:
         raise next(iter(wrong.values()))  # there is nothing else to go on with
     if not (wanted or every_variant):
-        return [_choice(source, find(source), {}) for source in sources] + refused
+        return [replace(_choice(source, find(source), {}), view=view) for source in sources] + refused
     entries: dict[str, catalogue.Entry] = {}
     for source in sources:
         try:
@@ -97,7 +104,7 @@ def choose(scenes: Sequence[str], wanted: Mapping[str, Sequence[str]], *, every_
         here = {name: values for name, values in wanted.items() if name in sets[source]}
         for variants in _combinations(sets[source], here, every_variant):
             full = frozenset({**entry.defaults, **variants}.items())  # a default that is named is no other choice
-            choices.setdefault((source, full), _choice(source, entry.path, variants))
+            choices.setdefault((source, full), replace(_choice(source, entry.path, variants), view=view))
     _refuse(list(sets.values()), wanted)
     return [*_without_harm(list(choices.values())), *refused]
 
@@ -177,14 +184,24 @@ def _sets(entry: catalogue.Entry, wanted: Mapping[str, Sequence[str]]) -> dict[s
     """Variant set -> its variants.
 
     A file from outside the corpus may bring sets by composition, which its own layer does not show: there a wanted
-    name is passed on, and reading the scene says whether it exists.
+    name is passed on, and reading the scene says whether it exists; for all of a set the stage is asked.
     """
     sets = dict(entry.variants)
     if "/" not in entry.id:
         for name, values in wanted.items():
-            if name not in sets and ALL not in values:
+            if name in sets:
+                continue
+            if ALL not in values:
                 sets[name] = tuple(values)
+            elif known := _known(entry.path, name):
+                sets[name] = known
     return sets
+
+
+def _known(path: Path, key: str) -> tuple[str, ...]:
+    from notabug.scenes_usd.reader_choice import known_variants
+
+    return known_variants(path, key)
 
 
 def _combinations(
@@ -222,5 +239,5 @@ def _refuse(sets: Sequence[Mapping[str, Sequence[str]]], wanted: Mapping[str, Se
         known = list(dict.fromkeys(value for each in sets for value in each.get(name, ())))
         for value in sorted(set(values) - {ALL, *known}):
             raise SelectionError(
-                f"no selected scene has {name}={value}", expected=f"one of {', '.join(known)} or {ALL}"
+                f"no selected scene has {variant_word(name, value)}", expected=f"one of {', '.join(known)} or {ALL}"
             )

@@ -15,8 +15,9 @@ from notabug.of_run import found as found_run
 from notabug.printable import escaped
 from notabug.progress import console
 from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import read_picture
-from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.view import AS_IT_IS, View
 
 SHOWN = 5  # explanations, the best ones
 CLOSEST = 24  # models that are looked at closely to find them
@@ -27,6 +28,7 @@ def command(
     image: Path,
     source: str,
     variants: Sequence[str],
+    view: View = AS_IT_IS,
     pixel: str,
     filter_name: str,
     precision: str,
@@ -41,9 +43,12 @@ def command(
     Without ``source`` the picture is one of a run, which knows its scene; without ``pixel`` its worst one is taken.
     """
     known = None if source else found_run(image)
-    scene = read_scene(source, one_variant(variants)) if known is None else read_scene(known.source, known.variants)
     picture = read_picture(image, layer=layer, srgb=srgb)
     height, width = picture.pixels.shape[:2]
+    if known is None:
+        scene = take_scene(source, one_variant(variants), replace(view, size=(width, height)), "picture").scene
+    else:
+        scene = known.scene()
     place = known.worst_pixel() if known is not None and not pixel else None
     x, y = place or parse_pixel(pixel, width, height)
     if known is None:

@@ -12,7 +12,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, Vt
@@ -20,16 +20,19 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, Vt
 from notabug.scenes_usd.card import OWN_CARD
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.framing import LIT, direction
+from notabug.scenes_usd.lens import write_lens
 from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.reader import scene_id
 from notabug.scenes_usd.reader_camera import DEFAULT_SIZE, cameras
+from notabug.scenes_usd.reader_choice import check_frame, choose, frames, open_stage
 from notabug.scenes_usd.reader_shading import GREY, PREVIEW
-from notabug.scenes_usd.reader_stage import Survey, choose, open_stage, survey_stage
-from notabug.scenes_usd.reading import Remark, View, reading
+from notabug.scenes_usd.reader_stage import Survey, survey_layer, survey_stage
+from notabug.scenes_usd.reading import Remark, reading
 from notabug.scenes_usd.scene import Camera, Floats
+from notabug.scenes_usd.view import AS_IT_IS, DRAWN, View, prim_and_set
 
+Mends = Literal["picture", "scene"]
 _PASSES = 5  # a value that is put right may show the next one that is not
-_APERTURE = 20.0
 _STAGE_METADATA = (  # of the root layer alone: those of a sublayer say nothing
     "upAxis",
     "metersPerUnit",
@@ -62,8 +65,38 @@ def adapt(
     everything; the first frame of an animation. Raises SceneError where the scene cannot be opened, or OpenUSD refuses
     to have something said of it.
     """
+    with _told(path):
+        layer, _ = _made(path, variants, view, size, "scene")
+        layer.write(out)
+        held = Sdf.Layer.Find(str(out))
+        if held is not None:
+            held.Reload(True)
+        return Adapted(tuple(layer.said), survey_stage(out, scene_id(out), {}))
+
+
+def adapt_in_memory(path: Path, variants: Mapping[str, str], view: View, mends: Mends) -> Adapted:
+    """What ``adapt`` would write over the scene at ``path``, and what a look at it tells; no file is written.
+
+    ``mends`` is ``picture`` where only what tells which picture is meant may be said, ``scene`` where also what cannot
+    be drawn is overruled.
+    """
+    with _told(path):
+        layer, survey = _made(path, variants, view, view.size, mends)
+        return Adapted(tuple(layer.said), layer.look(AS_IT_IS) if survey.scene is not None else survey)
+
+
+def flattened_over(path: Path, variants: Mapping[str, str], view: View, mends: Mends) -> str:
+    """The same as one layer's text, with every reference resolved; assets by absolute path."""
+    with _told(path):
+        layer, _ = _made(path, variants, view, view.size, mends)
+        return layer.flat()
+
+
+@contextlib.contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """What OpenUSD refuses inside is told as a fault of the scene at ``path``."""
     try:
-        return _adapt(path, out, variants, view, size)
+        yield
     except Tf.ErrorException as error:
         got = " ".join(str(error).split())
         raise SceneError("OpenUSD refuses it", where=str(path), got=got, do="try usdchecker") from error
@@ -72,7 +105,10 @@ def adapt(
         raise SceneError(what, where=str(path), got=str(error), do="try usdchecker") from error
 
 
-def _adapt(path: Path, out: Path, variants: Mapping[str, str], view: View, size: tuple[int, int] | None) -> Adapted:
+def _made(
+    path: Path, variants: Mapping[str, str], view: View, size: tuple[int, int] | None, mends: Mends
+) -> tuple[_Layer, Survey]:
+    """The layer, and what a quick look at it tells."""
     layer = _Layer(path, variants)
     layer.say_variants(variants)
     layer.say_purposes(view)
@@ -80,14 +116,13 @@ def _adapt(path: Path, out: Path, variants: Mapping[str, str], view: View, size:
     if view.time is not None:
         layer.freeze(view.time)
     plain = View(quick=True)
-    survey = layer.look(out, plain)
+    survey = layer.look(plain)
     for _ in range(_PASSES):
-        if not layer.mend(survey):
+        if not layer.mend(survey, mends):
             break
-        survey = layer.look(out, plain)
+        survey = layer.look(plain)
     layer.place_camera(survey)
-    layer.write(out)
-    return Adapted(tuple(layer.said), layer.look(out, View()))
+    return layer, survey
 
 
 class _Layer:
@@ -142,20 +177,22 @@ class _Layer:
         if not copy.Export(str(out)):
             raise SceneError("cannot be written", where=str(out))
 
-    def look(self, out: Path, view: View) -> Survey:
-        """Write the layer and look at it as any scene is looked at."""
-        self.write(out)
-        held = Sdf.Layer.Find(str(out))
-        if held is not None:
-            held.Reload(True)
-        return survey_stage(out, scene_id(out), {}, view)
+    def look(self, view: View) -> Survey:
+        """Look at the layer as any scene is looked at."""
+        return survey_layer(self._layer, self._path, scene_id(self._path), view)
+
+    def flat(self) -> str:
+        """The layer and all that is below it as one layer's text."""
+        return str(self._stage.Flatten(False).ExportToString())
 
     def say_variants(self, variants: Mapping[str, str]) -> None:
         """Select the ``variants``, and the first one of a set that selects none."""
         sets = self._root.GetVariantSets()
-        for name, chosen in variants.items():
-            sets.SetSelection(name, chosen)
-            self._say(f"{self._root.GetPath()}.variants", f"{name} = {chosen}")
+        for key, chosen in variants.items():
+            path, name = prim_and_set(key)
+            prim = self._stage.GetPrimAtPath(path) if path else self._root
+            prim.GetVariantSets().SetSelection(name, chosen)
+            self._say(f"{prim.GetPath()}.variants", f"{name} = {chosen}")
         for name in sets.GetNames():
             known = sets.GetVariantSet(name).GetVariantNames()
             if known and sets.GetVariantSelection(name) not in known:
@@ -164,7 +201,7 @@ class _Layer:
 
     def say_purposes(self, view: View) -> None:
         """Give prims whose purpose is asked for the default one, and the others that of a guide."""
-        if view.purposes == View().purposes:
+        if view.purposes == DRAWN:
             return
         for prim in self._stage.Traverse():
             attribute = UsdGeom.Imageable(prim).GetPurposeAttr() if prim.IsA(UsdGeom.Imageable) else None
@@ -204,6 +241,7 @@ class _Layer:
 
     def freeze(self, time: float) -> None:
         """Every animated value as it is at ``time``."""
+        check_frame(self._stage, time)
         count = 0
         for prim in self._stage.Traverse():
             for attribute in prim.GetAuthoredAttributes():
@@ -214,14 +252,14 @@ class _Layer:
         if count:
             self._say("/", f"{count} animated values as at time code {time:g}")
 
-    def mend(self, survey: Survey) -> bool:
+    def mend(self, survey: Survey, mends: Mends) -> bool:
         """Overrule what ``survey`` refuses; whether anything was said."""
         before = len(self.said)
         refused = [remark for remark in survey.remarks if remark.error is not None]
         if any("animated" in remark.what for remark in refused):
-            start = self._stage.GetStartTimeCode() if self._stage.HasAuthoredTimeCodeRange() else 0.0
-            self.freeze(start)
-        for remark in refused:
+            known = frames(self._stage) or (0.0, 0.0)
+            self.freeze(self._stage.GetStartTimeCode() if self._stage.HasAuthoredTimeCodeRange() else known[0])
+        for remark in refused if mends == "scene" else ():
             if remark.what.startswith(_NO_LIGHT):
                 self._light()
                 continue
@@ -338,11 +376,8 @@ def _size_for(camera: Usd.Prim | None) -> tuple[int, int]:
 
 def _define(stage: Usd.Stage, path: str, camera: Camera) -> None:
     made = UsdGeom.Camera.Define(stage, path)
-    made.CreateProjectionAttr(UsdGeom.Tokens.perspective)
     made.CreateClippingRangeAttr(Gf.Vec2f(camera.near, camera.far))
-    made.CreateHorizontalApertureAttr(_APERTURE)
-    made.CreateVerticalApertureAttr(_APERTURE * camera.tan_y / camera.tan_x)
-    made.CreateFocalLengthAttr(_APERTURE / (2.0 * camera.tan_x))
+    write_lens(made, camera)
     _place(made, camera.to_world)
 
 

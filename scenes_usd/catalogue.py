@@ -87,7 +87,7 @@ def expected(scene: Scene) -> dict[str, str]:
     ``set=name`` pairs (joined by commas) are all chosen, fewer pairs first, so a later one replaces an earlier one.
     """
     path = scene.path.with_suffix(".expected.toml")
-    if not path.is_file():
+    if scene.view.words or not path.is_file():  # the table is of the scene's own picture
         return {}
     if not is_trusted(scene.path):
         check_inside(path, scene.path.parent, where=str(path))

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from notabug.scenes_usd.reading import View
+from notabug.scenes_usd.view import View
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +31,12 @@ class Look:
     def as_text(self) -> str:
         """All that ``from_text`` needs, in ASCII."""
         view = self.view
-        return json.dumps([str(self.path), self.variants, view.camera, view.time, sorted(view.purposes)])
+        return json.dumps([str(self.path), self.variants, view.camera, view.time, sorted(view.purposes), view.size])
 
     @classmethod
     def from_text(cls, text: str) -> Look:
         """The look that ``as_text`` wrote, read quickly: surfaces are refined once only."""
-        path, variants, camera, time, purposes = json.loads(text)
-        view = View(camera=camera, time=time, purposes=frozenset(purposes), quick=True)
+        path, variants, camera, time, purposes, size = json.loads(text)
+        size = None if size is None else (int(size[0]), int(size[1]))
+        view = View(camera=camera, time=time, purposes=frozenset(purposes), quick=True, size=size)
         return cls(Path(path), tuple((key, name) for key, name in variants), view)

@@ -14,13 +14,15 @@ from notabug.scenes_usd.untrusted import check_looks, problems
 
 if TYPE_CHECKING:
     from notabug.scenes_usd.reader_stage import Survey
-    from notabug.scenes_usd.reading import View
+    from notabug.scenes_usd.view import View
 
 CORPUS = Path(__file__).resolve().parent
 
 
-def read_scene(source: str | Path, variants: Mapping[str, str] | None = None) -> Scene:
+def read_scene(source: str | Path, variants: Mapping[str, str] | None = None, view: View | None = None) -> Scene:
     """The scene ``source`` under the choice ``variants`` (variant set -> variant; sets left out keep their default).
+
+    A key is the name of a set of the default prim, or ``/Prim{set}``; ``view`` says which picture of the stage.
 
     ``source`` is a corpus id such as ``terminator/sphere`` or the path of a .usda, .usdc, .usd or .usdz file that
     follows the contract. Lengths are the stage's own units: metersPerUnit is not applied. Materials and textures come
@@ -29,8 +31,8 @@ def read_scene(source: str | Path, variants: Mapping[str, str] | None = None) ->
     Raises SelectionError for a scene, variant set or variant that does not exist, and SceneError, which names the prim
     and the attribute, for everything in the file that the contract cannot say.
     """
-    path = find(source, variants)
-    return _read(path, variants or {})
+    path = find(source, variants, view)
+    return _read(path, variants or {}, view)
 
 
 def survey_scene(source: str | Path, variants: Mapping[str, str] | None = None, view: View | None = None) -> Survey:
@@ -84,7 +86,7 @@ def scene_id(path: Path) -> str:
     return f"{path.parent.name}/{path.stem}" if path.parent.parent == CORPUS else path.stem
 
 
-def _read(path: Path, variants: Mapping[str, str]) -> Scene:
+def _read(path: Path, variants: Mapping[str, str], view: View | None) -> Scene:
     from notabug.scenes_usd.reader_stage import read_stage
 
-    return read_stage(path, scene_id(path), variants)
+    return read_stage(path, scene_id(path), variants, view)

@@ -29,6 +29,7 @@ from notabug.scenes_usd.reader_values import (
 from notabug.scenes_usd.reading import note, recovered, refuse, view
 from notabug.scenes_usd.scene import Camera, Floats
 
+_TENTHS = 10.0  # apertures and focal lengths are in tenths of the scene's unit
 DEFAULT_SIZE = (256, 256)
 _MAX_SIDE = 1 << 14
 _NARROWEST = 1e-2  # of a pixel's width over its height
@@ -122,7 +123,10 @@ def _camera_of(stage: Usd.Stage, settings: Usd.Prim, relationship: Usd.Relations
 
 
 def _assumed_size(camera: Usd.Prim | None) -> tuple[int, int]:
-    """The default size, with the shape of the camera's aperture."""
+    """The size of the picture that is at hand, else the default one with the shape of the camera's aperture."""
+    at_hand = view().size
+    if at_hand is not None:
+        return at_hand
     width, height = DEFAULT_SIZE
     if camera is None:
         return width, height
@@ -135,28 +139,25 @@ def _assumed_size(camera: Usd.Prim | None) -> tuple[int, int]:
 def read_camera(prim: Usd.Prim, settings: Usd.Prim | None, width: int, height: int) -> Camera:
     """The pinhole at ``prim`` for a picture of ``width`` x ``height`` pixels."""
     projection = value(prim, "projection", "word")
-    if projection != "perspective":
+    if projection not in ("perspective", "orthographic"):
         refuse(
             fault(
                 prim,
                 "projection",
                 "not supported",
-                expected="perspective",
+                expected="perspective or orthographic",
                 got=str(projection),
                 mends=opinion(prim, "projection", "token", "perspective"),
             )
         )
-    for name in ("horizontalApertureOffset", "verticalApertureOffset"):
-        check_plain(prim, name, number(prim, name, 0.0), 0.0, "not supported", mends=opinion(prim, name, "float", 0.0))
     if not same(number(prim, "fStop", 0.0), 0.0):
         note("approximated", where(prim, "fStop"), "depth of field is not modelled: everything is in focus")
     if len(recovered(lambda: vectors(prim, "clippingPlanes", 4), np.zeros((0, 4)))):
         planes = opinion(prim, "clippingPlanes", "float4[]", [])
         refuse(fault(prim, "clippingPlanes", "not supported", expected="none", mends=planes))
-    horizontal, vertical, focal = (
-        recovered(partial(_positive, prim, name), 1.0)
-        for name in ("horizontalAperture", "verticalAperture", "focalLength")
-    )
+    parallel = projection == "orthographic"
+    names = ("horizontalAperture", "verticalAperture", *(() if parallel else ("focalLength",)))
+    horizontal, vertical, *lens = (recovered(partial(_positive, prim, name), 1.0) for name in names)
     horizontal, vertical = recovered(
         lambda: _conform(settings, horizontal, vertical, width / height * _pixel_aspect(settings)),
         (horizontal, vertical),
@@ -164,13 +165,18 @@ def read_camera(prim: Usd.Prim, settings: Usd.Prim | None, width: int, height: i
     near, far = recovered(lambda: _range(prim), (_NEAR, _FAR))
     matrix = recovered(lambda: world_matrix(prim), np.eye(4))
     rigid, scale = recovered(lambda: _rigid(prim, matrix), (np.eye(4), 1.0))
+    away = _TENTHS / scale if parallel else lens[0]  # what half an aperture is divided by for what is seen of the scene
+    right, up = (recovered(partial(_offset, prim, name), 0.0) for name in ("horizontal", "vertical"))
     return Camera(
         path=str(prim.GetPath()),
         to_world=rigid,
-        tan_x=horizontal / (2 * focal),
-        tan_y=vertical / (2 * focal),
+        tan_x=horizontal / (2 * away),
+        tan_y=vertical / (2 * away),
         near=near * scale,
         far=far * scale,
+        shift_x=2.0 * right / horizontal,
+        shift_y=2.0 * up / vertical,
+        orthographic=parallel,
     )
 
 
@@ -206,9 +212,9 @@ def _range(prim: Usd.Prim) -> tuple[float, float]:
 
 
 def _size(settings: Usd.Prim) -> tuple[int, int]:
-    """The resolution; 256 x 256 where none is authored."""
+    """The resolution; where none is authored that of the picture at hand, else 256 x 256."""
     authored = settings.GetAttribute("resolution").HasAuthoredValue()
-    size = value(settings, "resolution", "numbers") if authored else DEFAULT_SIZE
+    size = value(settings, "resolution", "numbers") if authored else view().size or DEFAULT_SIZE
     if len(size) != 2 or any(each != round(each) for each in size if math.isfinite(each)):
         raise fault(settings, "resolution", "not a size", expected="two whole numbers", got=shown(size))
     width, height = size
@@ -257,6 +263,12 @@ def _conform(settings: Usd.Prim | None, horizontal: float, vertical: float, aspe
         expected="expandAperture, cropAperture, adjustApertureWidth, adjustApertureHeight or adjustPixelAspectRatio",
         got=policy,
     )
+
+
+def _offset(prim: Usd.Prim, name: str) -> float:
+    """By how much the picture's middle lies beside the axis, in the aperture's unit; the schema's own is none."""
+    found = number(prim, f"{name}ApertureOffset", 0.0)
+    return 0.0 if same(found, 0.0) else found
 
 
 def _positive(prim: Usd.Prim, name: str) -> float:

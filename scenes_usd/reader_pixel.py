@@ -26,9 +26,13 @@ class PixelGrid:
             return np.full(len(places), max(reach, 1e-300) / _SIDE)
         local = (places - camera.to_world[3, :3]) @ camera.to_world[:3, :3].T
         depth = -local[:, 2]
-        seen = (np.abs(local[:, 0]) <= depth * camera.tan_x) & (np.abs(local[:, 1]) <= depth * camera.tan_y)
-        away = np.where(seen & (depth >= camera.near), depth, np.linalg.norm(local, axis=1))
         side = 2.0 * min(camera.tan_x / self.width, camera.tan_y / self.height)
+        if camera.orthographic:
+            return np.full(len(places), side)
+        across = np.abs(local[:, 0] - depth * camera.tan_x * camera.shift_x)
+        up = np.abs(local[:, 1] - depth * camera.tan_y * camera.shift_y)
+        seen = (across <= depth * camera.tan_x) & (up <= depth * camera.tan_y)
+        away = np.where(seen & (depth >= camera.near), depth, np.linalg.norm(local, axis=1))
         return np.asarray(side * np.maximum(away, camera.near))
 
     def within(self, matrix: Floats) -> LocalGrid:

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pxr import Tf, Usd, UsdGeom, UsdLux
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdLux, UsdRender
 
 from notabug.scenes_usd.card import OWN_CARD, read_card
-from notabug.scenes_usd.errors import SceneError, SelectionError
+from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.fence import check_opened, layers_of
 from notabug.scenes_usd.framing import camera_for
-from notabug.scenes_usd.reader_camera import Picture, read_picture
+from notabug.scenes_usd.reader_camera import Picture, find_settings, read_picture
+from notabug.scenes_usd.reader_choice import check_frame, choose, open_stage
 from notabug.scenes_usd.reader_light import check_size, read_distant, read_point
 from notabug.scenes_usd.reader_objects import Drawing
 from notabug.scenes_usd.reader_pixel import PixelGrid
 from notabug.scenes_usd.reader_prims import LIGHTS, not_read, visible
 from notabug.scenes_usd.reader_values import fault, opinion, where
-from notabug.scenes_usd.reading import Remark, View, going_on, note, reading, recovered, refuse, remarks
+from notabug.scenes_usd.reading import Remark, going_on, note, reading, recovered, refuse, remarks
+from notabug.scenes_usd.reading import view as meant
 from notabug.scenes_usd.scene import Light, Mesh, Scene
 from notabug.scenes_usd.untrusted import is_trusted
+from notabug.scenes_usd.view import View
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,15 +48,26 @@ def read_stage(path: Path, scene_id: str, variants: Mapping[str, str], view: Vie
 
 def survey_stage(path: Path, scene_id: str, variants: Mapping[str, str], view: View | None = None) -> Survey:
     """What is read of the scene in ``path``, approximated, and out of the contract; a fault is no exception here."""
+    return _survey(path, scene_id, variants, view, None)
+
+
+def survey_layer(over: Sdf.Layer, path: Path, scene_id: str, view: View) -> Survey:
+    """The same of a layer ``over`` the scene in ``path``, in memory only, which says all that there is to choose."""
+    return _survey(path, scene_id, {}, view, over)
+
+
+def _survey(
+    path: Path, scene_id: str, variants: Mapping[str, str], view: View | None, over: Sdf.Layer | None
+) -> Survey:
     with reading(view) as found:
-        scene = _guarded(path, scene_id, variants)
+        scene = _guarded(path, scene_id, variants, over)
     return Survey(None if found.errors else scene, tuple(found.remarks.values()))
 
 
-def _guarded(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene | None:
+def _guarded(path: Path, scene_id: str, variants: Mapping[str, str], over: Sdf.Layer | None = None) -> Scene | None:
     """The scene, or None with its faults noted in the reading in hand."""
     try:
-        return _read_stage(path, scene_id, variants)
+        return _read_stage(path, scene_id, variants, over)
     except SceneError as error:
         refuse(error)
     except Tf.ErrorException as error:
@@ -65,15 +78,16 @@ def _guarded(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene | 
     return None
 
 
-def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene:
+def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str], over: Sdf.Layer | None) -> Scene:
     layers = [] if is_trusted(path) else list(layers_of(path))
-    stage = open_stage(path)
+    stage = open_stage(path) if over is None else Usd.Stage.Open(over)
     del layers  # kept until now, so that each is parsed once
     root = stage.GetDefaultPrim()
     if not root:
         note("approximated", "/", "no default prim: the whole stage is drawn, and has no variants")
         root = stage.GetPseudoRoot()
     chosen = choose(stage, root, variants)
+    check_frame(stage, meant().time)
     if not is_trusted(path):
         check_opened(stage, path)
     for error in stage.GetCompositionErrors():
@@ -125,6 +139,7 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str]) -> Scene
         textures=tuple(drawing.textures.found),
         intent=intent,
         notes=_lacks(),
+        view=meant(),
     )
 
 
@@ -153,6 +168,16 @@ def _pass_over(prim: Usd.Prim) -> None:
         note("not read", where(prim), what)
 
 
+def says_its_picture(path: Path, variants: Mapping[str, str]) -> bool:
+    """Whether the stage in ``path`` names a size and a camera, so that whoever opens it draws the same picture."""
+    stage = open_stage(path)
+    root = stage.GetDefaultPrim()
+    if root:
+        choose(stage, root, variants)
+    settings = find_settings(stage)
+    return settings is not None and UsdRender.Settings(settings).GetCameraRel().HasAuthoredTargets()
+
+
 def flattened(path: Path, variants: Mapping[str, str]) -> str:
     """The stage as one layer's text, with ``variants`` chosen and every reference resolved; assets by absolute path."""
     stage = open_stage(path)
@@ -160,63 +185,6 @@ def flattened(path: Path, variants: Mapping[str, str]) -> str:
     if root:
         choose(stage, root, variants)
     return str(stage.Flatten(False).ExportToString())
-
-
-def open_stage(path: Path) -> Usd.Stage:
-    """The stage, with a session layer of its own: the file is never written to."""
-    try:
-        return Usd.Stage.Open(str(path))
-    except Tf.ErrorException as error:
-        reason = what_usd_says(str(error), path)
-        raise SceneError("cannot be opened as a USD stage", where=str(path), got=reason, do="try usdchecker") from error
-
-
-def what_usd_says(text: str, path: Path) -> str:
-    """The comments of OpenUSD's errors, without the places in OpenUSD's own source that they come from."""
-    plain = " ".join(text.split())
-    comments = re.split(r"\s*Error in '[^']*' at line \d+ in file \S+ : ", plain)
-    kept = [each.strip("' ") for each in comments if each.strip("' ")]
-    if len(kept) > 1:  # the first says what is wrong, the last that therefore the layer was not opened
-        kept = [each for each in kept if not each.startswith("Failed to open layer")] or kept
-    return re.sub(rf"{re.escape(str(path))}:(\d+):(\d+):", r"line \1, column \2:", "; ".join(kept))
-
-
-def choose(stage: Usd.Stage, root: Usd.Prim, variants: Mapping[str, str]) -> dict[str, str]:
-    """Select ``variants`` on ``root``; the full selection, defaults included. A choice may bring further sets."""
-    stage.SetEditTarget(Usd.EditTarget(stage.GetSessionLayer()))
-    sets = root.GetVariantSets()
-    waiting = dict(variants)
-    while ready := [name for name in waiting if name in sets.GetNames()]:
-        for name in ready:
-            wanted, known = waiting.pop(name), sets.GetVariantSet(name).GetVariantNames()
-            if wanted not in known:
-                raise SelectionError(
-                    f"no variant {wanted!r} in the set {name!r}",
-                    where=str(root.GetPath()),
-                    expected=f"one of {', '.join(known)}",
-                )
-            sets.SetSelection(name, wanted)
-    for name in waiting:
-        known = sets.GetNames()
-        raise SelectionError(
-            f"no variant set {name!r}",
-            where=str(root.GetPath()),
-            expected=f"one of {', '.join(known)}" if known else "none: the scene has no variant sets",
-        )
-    chosen = {name: str(sets.GetVariantSelection(name)) for name in sorted(sets.GetNames())}
-    for name, selection in chosen.items():
-        if selection not in sets.GetVariantSet(name).GetVariantNames():
-            known = ", ".join(sets.GetVariantSet(name).GetVariantNames())
-            refuse(
-                SceneError(
-                    f"the variant set {name!r} has no default",
-                    where=f"{root.GetPath()}.variants",
-                    expected=f"one of {known}",
-                    got=repr(selection),
-                    do="author a selection in the file",
-                )
-            )
-    return chosen
 
 
 def _intent(stage: Usd.Stage, root: Usd.Prim, path: str, drawing: Drawing) -> Mesh | None:

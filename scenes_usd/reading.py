@@ -15,6 +15,7 @@ from typing import Literal, TypeVar
 
 from notabug.scenes_usd.errors import ManyFaultsError, SceneError
 from notabug.scenes_usd.opinion import Opinion
+from notabug.scenes_usd.view import AS_IT_IS, View
 
 Kind = Literal["approximated", "not read", "out of the contract"]
 
@@ -43,19 +44,6 @@ class Remark:
     def mends(self) -> tuple[Opinion, ...]:
         """The opinions that would take the scene into the contract."""
         return self.error.mends if self.error is not None else ()
-
-
-@dataclass(frozen=True, slots=True)
-class View:
-    """Which picture of a stage is meant: ``camera`` by its path, the frame ``time``, the ``purposes`` that are drawn.
-
-    Without them: the camera of the render settings or the only one, values that do not change, render and default.
-    """
-
-    camera: str = ""
-    time: float | None = None
-    purposes: frozenset[str] = frozenset({"default", "render"})
-    quick: bool = False  # surfaces are refined once only: for who asks whether a scene can be read
 
 
 @dataclass(slots=True)
@@ -87,7 +75,7 @@ _in_hand: ContextVar[Reading | None] = ContextVar("reading", default=None)
 @contextmanager
 def reading(view: View | None = None) -> Iterator[Reading]:
     """A reading that what is called inside adds to."""
-    made = Reading(view or View())
+    made = Reading(view or AS_IT_IS)
     token = _in_hand.set(made)
     try:
         yield made
@@ -98,7 +86,7 @@ def reading(view: View | None = None) -> Iterator[Reading]:
 def view() -> View:
     """Which picture of the stage is read."""
     now = _in_hand.get()
-    return now.view if now is not None else View()
+    return now.view if now is not None else AS_IT_IS
 
 
 def remarks() -> tuple[Remark, ...]:

@@ -16,6 +16,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from notabug.scenes_usd.view import AS_IT_IS, View, as_text
+
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 
@@ -124,18 +126,27 @@ class Light:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Camera:
-    """A pinhole looking along its local -z with +y up.
+    """A pinhole, or an orthographic camera, looking along its local -z with +y up.
 
     ``to_world`` (4, 4) row vectors, rotation and translation only. The ray through raster position (x, y), y down, of a
-    W x H picture has the local direction ((2x/W - 1) tan_x, (1 - 2y/H) tan_y, -1); pixel centres are at +0.5.
+    W x H picture goes through the local point ((2x/W - 1 + shift_x) tan_x, (1 - 2y/H + shift_y) tan_y, -1): from the
+    origin, or where the camera is ``orthographic`` along -z, starting at z = 0. Pixel centres are at +0.5.
     """
 
     path: str
     to_world: Floats
-    tan_x: float  # half the horizontal aperture over the focal length
+    tan_x: float  # half the horizontal aperture over the focal length; orthographic: half the width that is seen
     tan_y: float
     near: float
     far: float
+    # by how many halves of the picture its middle lies beside the axis, to the right and up
+    shift_x: float = field(default=0.0, metadata={"left out": 0.0})
+    shift_y: float = field(default=0.0, metadata={"left out": 0.0})
+    orthographic: bool = field(default=False, metadata={"left out": False})
+
+    def spans(self, depth: npt.NDArray[np.floating[Any]] | float) -> npt.NDArray[np.floating[Any]] | float:
+        """What ``tan_x`` and ``tan_y`` are multiplied by at ``depth`` along the axis for half of what is seen."""
+        return np.ones_like(depth) if self.orthographic else depth
 
 
 Object = Mesh | Sphere
@@ -158,11 +169,13 @@ class Scene:
     textures: tuple[Texture, ...] = ()
     intent: Mesh | None = None  # the guide mesh, when the card names one
     notes: tuple[str, ...] = ()  # what of the file the scene lacks; nothing that moves a pixel of it
+    view: View = AS_IT_IS  # which picture of the stage was asked for
+    adapted: Literal["", "picture", "scene"] = ""  # in memory: which picture is meant, or what is drawn too
 
     @property
     def variant(self) -> str:
-        """The choice as written on a command line: ``set=name`` joined by commas, in alphabetical order."""
-        return ",".join(f"{key}={value}" for key, value in sorted(self.variants.items()))
+        """The choice, variants and view, as it is told and kept: see ``view.as_text``."""
+        return as_text(self.variants, self.view)
 
     @property
     def meshes(self) -> Iterator[Mesh]:
@@ -212,7 +225,8 @@ def _feed(state: Any, value: Any) -> None:
         state.update(type(value).__name__.encode())
         for each in fields(value):
             item = getattr(value, each.name)
-            if not isinstance(item, Path):
+            # what came later is left out where it is as it was before, so that digests stay
+            if not isinstance(item, Path) and not ("left out" in each.metadata and each.metadata["left out"] == item):
                 _feed(state, item)
     else:
         state.update(repr(value).encode())

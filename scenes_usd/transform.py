@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from notabug.scenes_usd.scene import Floats, Light, Mesh, Object, Scene
+from notabug.scenes_usd.scene import Camera, Floats, Light, Mesh, Object, Scene
 
 
 def translation(x: float, y: float, z: float) -> Floats:
@@ -46,10 +46,22 @@ def transformed(scene: Scene, matrix: Floats) -> Scene:
     placed[3, :3] = camera.to_world[3, :3] @ linear + matrix[3, :3]
     return replace(
         scene,
-        camera=replace(camera, to_world=placed, near=camera.near * scale, far=camera.far * scale),
+        camera=rescaled(replace(camera, to_world=placed), scale),
         lights=tuple(_light(each, matrix, turn, scale) for each in scene.lights),
         objects=tuple(_object(each, matrix, turn) for each in scene.objects),
         intent=None if scene.intent is None else _mesh(scene.intent, matrix, turn),
+    )
+
+
+def rescaled(camera: Camera, scale: float) -> Camera:
+    """``camera`` in a world whose lengths are multiplied by ``scale``, but for its place."""
+    seen = scale if camera.orthographic else 1.0
+    return replace(
+        camera,
+        tan_x=camera.tan_x * seen,
+        tan_y=camera.tan_y * seen,
+        near=camera.near * scale,
+        far=camera.far * scale,
     )
 
 

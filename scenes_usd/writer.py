@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, Vt
 
+from notabug.scenes_usd.lens import write_lens
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader_shading import CONTEXT, PREVIEW, REFLECTION
 from notabug.scenes_usd.scene import Floats, Light, Material, Mesh, Object, Scene, Sphere, Texture
 
-_APERTURE = 20.0
 _EXACT = 1e-14  # of the largest coordinate: two roundings of the way into the frame and back
 
 
@@ -72,11 +72,8 @@ def _textures(scene: Scene, folder: Path) -> list[tuple[str, Texture]]:
 def _camera(stage: Usd.Stage, scene: Scene) -> None:
     camera = scene.camera
     made = UsdGeom.Camera.Define(stage, camera.path)
-    made.CreateProjectionAttr(UsdGeom.Tokens.perspective)
     made.CreateClippingRangeAttr(Gf.Vec2f(camera.near, camera.far))
-    made.CreateHorizontalApertureAttr(_APERTURE)
-    made.CreateVerticalApertureAttr(_APERTURE * camera.tan_y / camera.tan_x)
-    made.CreateFocalLengthAttr(_APERTURE / (2.0 * camera.tan_x))
+    write_lens(made, camera)
     _place(made, camera.to_world)
     settings = UsdRender.Settings.Define(stage, "/Render/Settings")
     settings.CreateResolutionAttr(Gf.Vec2i(scene.width, scene.height))

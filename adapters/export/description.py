@@ -55,6 +55,9 @@ def _camera(camera: Camera) -> dict[str, Any]:
         "tan_y": camera.tan_y,
         "near": camera.near,
         "far": camera.far,
+        "shift_x": camera.shift_x,
+        "shift_y": camera.shift_y,
+        "orthographic": camera.orthographic,
     }
 
 

@@ -39,10 +39,10 @@ def _json(_scene: Scene, folder: Path, _quality: Quality) -> Path:
 
 def _usd(scene: Scene, folder: Path, _quality: Quality) -> Path:
     """One layer without variants, references or payloads; asset paths are absolute."""
-    from notabug.scenes_usd.reader_stage import flattened
+    from notabug.scenes_usd.own import as_usd
 
     target = folder / "scene.usda"
-    target.write_text(flattened(scene.path, scene.variants), "utf-8")
+    target.write_text(as_usd(scene), "utf-8")
     return target
 
 

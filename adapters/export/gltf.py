@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import pygltflib as gltf
 
+from notabug.adapters.base import UnsupportedError
 from notabug.adapters.export.description import SPLIT, texture_name
 from notabug.scenes_usd.picture import write_png
 from notabug.scenes_usd.scene import Camera, Floats, Light, Material, Mesh, Scene, Texture
@@ -54,6 +55,12 @@ def write_gltf(scene: Scene, folder: Path) -> Path:
 
 
 def _camera(camera: Camera) -> gltf.Camera:
+    if camera.shift_x or camera.shift_y:
+        what = "glTF has no offset of a camera's aperture"
+        raise UnsupportedError(what, where=camera.path, do="choose another format for this scene")
+    if camera.orthographic:
+        seen = gltf.Orthographic(xmag=camera.tan_x, ymag=camera.tan_y, znear=camera.near, zfar=camera.far)
+        return gltf.Camera(type="orthographic", orthographic=seen)
     perspective = gltf.Perspective(
         yfov=2.0 * math.atan(camera.tan_y),
         aspectRatio=camera.tan_x / camera.tan_y,

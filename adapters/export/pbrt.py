@@ -52,10 +52,14 @@ def _camera(camera: Camera, width: int, height: int) -> list[str]:
     x, y = camera.tan_x, camera.tan_y
     short = min(x, y)
     fov = math.degrees(2.0 * math.atan(short))
-    window = _numbers(np.array([-x, x, -y, y]) / short)
+    right, up = x * camera.shift_x, y * camera.shift_y
+    seen = np.array([right - x, right + x, up - y, up + y])
+    lens = f'"perspective" "float fov" {fov!r} "float screenwindow" {_numbers(seen / short)}'
+    if camera.orthographic:
+        lens = f'"orthographic" "float screenwindow" {_numbers(seen)}'
     return [
         f"Transform {_numbers(to_camera)}",
-        f'Camera "perspective" "float fov" {fov!r} "float screenwindow" {window}',
+        f"Camera {lens}",
         f'Film "rgb" "string filename" "picture.exr" "integer xresolution" {width} "integer yresolution" {height}',
     ]
 

@@ -25,6 +25,7 @@ from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.view import from_text
 from notabug.words import area, finding_names, strongest
 
 Floats = npt.NDArray[np.floating]
@@ -168,8 +169,7 @@ def _reference(exhibit: Exhibit, own: list[tuple[Run, Result]]) -> Floats | None
 
 def scene_of(exhibit: Exhibit) -> Scene:
     """The scene as USD has it; raises NotabugError where the corpus has no such variant."""
-    pairs = (each.partition("=") for each in exhibit.variant.split(",") if each)
-    return read_scene(exhibit.scene, {key: name for key, _, name in pairs})
+    return read_scene(exhibit.scene, *from_text(exhibit.variant))
 
 
 def own_models(artifact_class: str, scene: Scene) -> list[Model]:

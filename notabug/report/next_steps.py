@@ -8,6 +8,7 @@ from pathlib import Path
 from notabug.accepting import entry_for
 from notabug.expect_file import VERDICTS, entry_text
 from notabug.record import Result
+from notabug.scenes_usd.view import options_for
 
 DEFAULT_OUT = Path("notabug-out")
 REASON = "say why"
@@ -27,8 +28,7 @@ def accept_command(result: Result, out: Path) -> str:
     if result.verdict.word not in VERDICTS:
         return ""
     words = ["notabug", "accept", result.scene, "-r", result.renderer]
-    for variant in filter(None, result.variant.split(",")):
-        words += ["--variant", variant]
+    words += options_for(result.variant)
     if out != DEFAULT_OUT:
         words += ["--run", out.as_posix()]
     return shlex.join([*words, "--because", REASON])

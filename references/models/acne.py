@@ -100,4 +100,4 @@ def width_of_view(scene: Scene) -> float:
     ]
     axis = -scene.camera.to_world[2, :3]
     distance = float(np.mean([(each - scene.camera.to_world[3, :3]) @ axis for each in centres]))
-    return 2.0 * scene.camera.tan_x * abs(distance)
+    return float(2.0 * scene.camera.tan_x * scene.camera.spans(abs(distance)))

@@ -71,11 +71,8 @@ def pixel_shift(scene_width: int, scene_height: int, right: float, down: float) 
     """
 
     def change(camera: Camera) -> Camera:
-        matrix = camera.to_world.copy()
-        # The ray through raster position (x, y) is a X + b Y - Z: what Z takes of X and Y moves every ray alike.
-        matrix[2, :3] += 2.0 * camera.tan_x * right / scene_width * matrix[0, :3]
-        matrix[2, :3] -= 2.0 * camera.tan_y * down / scene_height * matrix[1, :3]
-        return replace(camera, to_world=matrix)
+        x, y = 2.0 * right / scene_width, 2.0 * down / scene_height
+        return replace(camera, shift_x=camera.shift_x - x, shift_y=camera.shift_y + y)
 
     return _fault("pixel_shift", shift_message(right, down), change)
 
@@ -114,7 +111,8 @@ def _size(scene: Scene) -> float:
     """The width of what the camera sees of the objects' middle."""
     points = [each.points.mean(axis=0) for each in scene.meshes] + [each.to_world[3, :3] for each in scene.spheres]
     middle = np.mean(points, axis=0) if points else np.zeros(3)
-    return float(2.0 * scene.camera.tan_x * np.linalg.norm(middle - scene.camera.to_world[3, :3]))
+    away = float(np.linalg.norm(middle - scene.camera.to_world[3, :3]))
+    return float(2.0 * scene.camera.tan_x * scene.camera.spans(away))
 
 
 def _moved(step: Floats) -> Callable[[Camera], Camera]:

@@ -67,13 +67,20 @@ def cracked(scene: Scene) -> Scene:
 
 def darkly_cracked(scene: Scene) -> Scene:
     """As ``cracked``, with black faces behind the cracks."""
-    eye = scene.camera.to_world[3, :3]
+    eye, back = scene.camera.to_world[3, :3], scene.camera.to_world[2, :3]
     black = len(scene.materials)
+
+    def behind(points: Floats) -> Floats:
+        off = points - eye
+        if scene.camera.orthographic:
+            return points + BACKING * (off @ back)[:, None] * back
+        return np.asarray(eye + off * (1.0 + BACKING))
+
     backs = tuple(
         replace(
             each,
             path=f"{each.path}/Cracks",
-            points=np.ascontiguousarray(eye + (each.points - eye) * (1.0 + BACKING)),
+            points=np.ascontiguousarray(behind(each.points)),
             material=black,
             normals=None,
             uv=None,
@@ -125,8 +132,9 @@ def projected(scene: Scene, points: Floats) -> tuple[Floats, Floats]:
     off = points - eye
     depth = -(off @ z)
     safe = np.where(np.abs(depth) > 1e-12, depth, 1e-12)
-    across = (off @ x) / safe / camera.tan_x
-    up = (off @ y) / safe / camera.tan_y
+    span = camera.spans(safe)
+    across = (off @ x) / span / camera.tan_x - camera.shift_x
+    up = (off @ y) / span / camera.tan_y - camera.shift_y
     return np.stack([(across + 1.0) * 0.5 * scene.width, (1.0 - up) * 0.5 * scene.height], axis=-1), depth
 
 
@@ -233,11 +241,13 @@ def _covered(scene: Scene, triangle: Floats) -> tuple[Ints, Ints]:
     camera = scene.camera
     right, up, back, eye = (camera.to_world[i, :3] for i in range(4))
     row, column = np.divmod(np.arange(scene.width * scene.height), scene.width)
-    across = (2.0 * (column + 0.5) / scene.width - 1.0) * camera.tan_x
-    high = (1.0 - 2.0 * (row + 0.5) / scene.height) * camera.tan_y
+    across = (2.0 * (column + 0.5) / scene.width - 1.0 + camera.shift_x) * camera.tan_x
+    high = (1.0 - 2.0 * (row + 0.5) / scene.height + camera.shift_y) * camera.tan_y
     # eye + t ray = first + u one + v other, by Cramer's rule
-    ray = across[:, None] * right + high[:, None] * up - back
+    aside = across[:, None] * right + high[:, None] * up
+    ray = np.broadcast_to(-back, aside.shape) if camera.orthographic else aside - back
     one, other, start = triangle[1] - triangle[0], triangle[2] - triangle[0], eye - triangle[0]
+    start = start + aside if camera.orthographic else start
     normal = np.cross(one, other)
     slope = ray @ normal
     slope = np.where(np.abs(slope) > 1e-300, slope, 1e-300)

@@ -204,8 +204,10 @@ void raster_as(const py::object& flat, const Rows<std::int64_t>& order, const py
     const ShadowMaps<T> shadows = maps_of<T>(maps, scene.lights);
     const auto from = rows<T, View<T>>(view, "view");
     if (order.count != scene.triangles) throw py::value_error("order: not as many as there are triangles");
+    ZBufferOptions drawing = zbuffer;
+    drawing.parallel = scene.camera.parallel != 0;
     const py::gil_scoped_release released;
-    raster<T>(scene, order.data, *from.data, zbuffer, option, shadows, width, height, grid, picture, threads);
+    raster<T>(scene, order.data, *from.data, drawing, option, shadows, width, height, grid, picture, threads);
 }
 
 void raster_picture(const py::object& flat, const py::object& order, const py::object& view, const py::object& maps,

@@ -72,17 +72,20 @@ struct CameraRay {
 
 template <class T>
 inline CameraRay<T> camera_ray(const Camera<T>& camera, T x, T y, std::int64_t width, std::int64_t height) {
-    const T a = T(2) * x / static_cast<T>(width) - T(1);
-    const T b = T(1) - T(2) * y / static_cast<T>(height);
+    const T a = T(2) * x / static_cast<T>(width) - T(1) + camera.shift_x;
+    const T b = T(1) - T(2) * y / static_cast<T>(height) + camera.shift_y;
+    if (camera.parallel != 0)
+        return {{camera.origin + a * camera.across + b * camera.up, camera.forward}, camera.near, camera.far};
     const Vec3<T> d = a * camera.across + b * camera.up + camera.forward;
     const T scale = length(d);
     return {{camera.origin, d / scale}, camera.near * scale, camera.far * scale};
 }
 
-// A half of the angle that a pixel spans.
+// A half of what a pixel spans: the angle, and the width where rays are parallel.
 template <class T>
-inline T half_pixel(const Camera<T>& camera, std::int64_t width) {
-    return length(camera.across) / static_cast<T>(width);
+inline HalfPixel<T> half_pixel(const Camera<T>& camera, std::int64_t width) {
+    const T half = length(camera.across) / static_cast<T>(width);
+    return camera.parallel != 0 ? HalfPixel<T>{0, half} : HalfPixel<T>{half, 0};
 }
 
 template <class Tracer, class T>

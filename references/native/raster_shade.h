@@ -81,11 +81,17 @@ inline Shade<T> light_on(const Scene<T>& scene, const ShadowMaps<T>& maps, int m
     return made;
 }
 
+// From a point towards the viewer, of any length.
+template <class T>
+inline Vec3<T> towards_eye(const Camera<T>& camera, const Vec3<T>& at) {
+    return camera.parallel != 0 ? -camera.forward : camera.origin - at;
+}
+
 // light_on for a normal that need not be of unit length nor face the viewer.
 template <class T>
 inline Shade<T> lit(const Scene<T>& scene, const ShadowMaps<T>& maps, Silhouette silhouette, int material, T side,
                     const Vec3<T>& at, const Vec3<T>& normal) {
-    Vec3<T> V = scene.camera.origin - at;
+    Vec3<T> V = towards_eye(scene.camera, at);
     V = (T(1) / length(V)) * V;
     Vec3<T> N = (side / length(normal)) * normal;
     if (silhouette != Silhouette::keep && dot(N, V) < 0) {
@@ -106,7 +112,7 @@ Vec3<T> raster_colour(const Scene<T>& scene, const ShadowMaps<T>& maps, const Ra
     const Vec3<T> at = b.x * p.a + b.y * p.b + b.z * p.c;
     const Vec3<T>& w = option.affine ? affine : b;
     Vec3<T> g = cross(p.b - p.a, p.c - p.a);
-    const T side = dot(g, scene.camera.origin - at) >= 0 ? T(1) : T(-1);
+    const T side = dot(g, towards_eye(scene.camera, at)) >= 0 ? T(1) : T(-1);
     const bool smooth = scene.sagitta[i] >= 0 && option.normals != Interpolation::flat;
     Shade<T> made;
     const auto lit_at = [&](const Vec3<T>& point, const Vec3<T>& normal) {

@@ -26,8 +26,11 @@ struct Light {
 
 template <class T>
 struct Camera {
-    Vec3<T> origin, across, up, forward;  // across and up times the tangents of half the angles of view
+    // across and up times the tangents of half the angles of view, or where rays are parallel half of what is seen
+    Vec3<T> origin, across, up, forward;
     T near, far;
+    T shift_x, shift_y;  // by how many halves of the picture its middle lies beside the axis, right and up
+    T parallel;          // 1 for an orthographic camera, else 0
 };
 
 // An affine map for column vectors, row by row.

@@ -40,6 +40,7 @@ template <class T>
 inline Vec3<T> screen_weights(const Scene<T>& scene, int i, T b0, T b1, T b2) {
     const Triangle<T>& p = scene.points[i];
     const Camera<T>& c = scene.camera;
+    if (c.parallel != 0) return {b0, b1, b2};
     const T z0 = dot(p.a - c.origin, c.forward);
     const T z1 = dot(p.b - c.origin, c.forward);
     const T z2 = dot(p.c - c.origin, c.forward);

@@ -35,12 +35,18 @@ struct Lit {
     bool forgiven = false;
 };
 
+// A half of what a pixel spans at the distance t: angle * t + width.
+template <class T>
+struct HalfPixel {
+    T angle, width;
+};
+
 // One camera ray with all that follows from it.
 template <class T, class F, class Record>
 struct Whitted {
     const Scene<T>& scene;
     const Options& option;
-    T pixel_angle;
+    HalfPixel<T> half_pixel;
     Record& record;
 
     // Where rays leave a surface from: `at`, moved by `beside` along the facet's normal to the side that they go to.
@@ -78,7 +84,7 @@ struct Whitted {
                 error += static_cast<T>(option.sphere_error) * cancelling(scene.spheres, hit.sphere, ray);
         }
         const T limit = option.start == Start::absolute ? static_cast<T>(option.epsilon)  // the renderer's own prevents
-                                                        : pixel_angle * hit.t;
+                                                        : half_pixel.angle * hit.t + half_pixel.width;
         return error > steep * limit;
     }
 

@@ -12,7 +12,7 @@ from notabug.references import _native
 from notabug.references.raster.shadow_map import ShadowMaps, shadow_maps
 from notabug.references.tracer.flatten import Flat, flatten
 from notabug.scenes_usd.errors import SceneError
-from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.scene import Camera, Mesh, Scene
 from notabug.scenes_usd.triangulate import Diagonal, split_ngons
 
 Floats = npt.NDArray[np.float64]
@@ -98,7 +98,8 @@ def raster_depth(
     depth = np.full(shape, -0.0 if options.depth == "reversed32" else 1.0)
     winner = np.full(shape, -1, np.int32)
     last = options.tie == "less_equal"
-    _native.fill(setup.flat.points, setup.order, setup.view, False, options.depth, last, depth, winner)
+    parallel = scene.camera.orthographic
+    _native.fill(setup.flat.points, setup.order, setup.view, parallel, options.depth, last, depth, winner)
     owner = setup.flat.object[setup.order][winner] if len(setup.order) else winner
     return DepthBuffer(np.abs(depth), np.where(winner < 0, np.int32(-1), owner))
 
@@ -114,7 +115,16 @@ def _prepare(scene: Scene, options: RasterOptions, dtype: npt.DTypeLike) -> _Set
     flat = flatten(replace(scene, objects=cut), dtype)
     order = np.argsort(flat.face, kind="stable").astype(np.int64, copy=False)
     maps = shadow_maps(flat, order, options.shadow_map, options.shadow_bias) if options.shadow_map else None
-    camera = flat.camera.astype(np.float64)
-    for axis in (slice(3, 6), slice(6, 9)):
-        camera[axis] /= camera[axis] @ camera[axis]
-    return _Setup(flat, order, camera.astype(flat.points.dtype), maps)
+    return _Setup(flat, order, _view(scene.camera, flat.camera).astype(flat.points.dtype), maps)
+
+
+def _view(camera: Camera, packed: npt.NDArray[np.floating]) -> Floats:
+    """The view of ``camera``, which is ``packed`` as in Flat; what it is shifted by moves its axes, or its eye."""
+    eye, across, up, forward = packed[:12].astype(np.float64).reshape(4, 3)
+    shift_x, shift_y = packed[14:16].astype(np.float64)
+    if camera.orthographic:
+        eye = eye + shift_x * across + shift_y * up
+    across, up = across / (across @ across), up / (up @ up)
+    if not camera.orthographic:
+        across, up = across - shift_x * forward, up - shift_y * forward
+    return np.concatenate([eye, across, up, forward, packed[12:14].astype(np.float64)])

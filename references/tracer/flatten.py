@@ -76,7 +76,7 @@ class Flat(NamedTuple):
     diffuse: Array  # (m, 3)
     texture: Array  # (m,) or -1
     light: Array  # (lights, 7): 0 point | 1 distant, position or direction, intensity
-    camera: Array  # (14,): origin, x axis * tan_x, y axis * tan_y, -z axis, near, far
+    camera: Array  # (17,): origin, x axis * tan_x, y axis * tan_y, -z axis, near, far, shift_x, shift_y, orthographic
     radius: Any  # of the whole scene, a scalar of the arrays' precision, for error bounds
     quads: Quads | None
     textures: Textures | None
@@ -233,7 +233,8 @@ def _light(light: Any) -> tuple[float, ...]:
 def _camera(scene: Scene) -> npt.NDArray[np.float64]:
     camera = scene.camera
     x, y, z, origin = (camera.to_world[i, :3] for i in range(4))
-    return np.concatenate([origin, x * camera.tan_x, y * camera.tan_y, -z, [camera.near, camera.far]])
+    rest = [camera.near, camera.far, camera.shift_x, camera.shift_y, float(camera.orthographic)]
+    return np.concatenate([origin, x * camera.tan_x, y * camera.tan_y, -z, rest])
 
 
 def _quads(found: list[tuple[npt.NDArray[np.float64], int, int]], face: Array, real: Any) -> Quads | None:

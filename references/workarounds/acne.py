@@ -10,6 +10,7 @@ import numpy as np
 from notabug.references.models.model import Edit, unchanged
 from notabug.references.workarounds.workaround import Setting, Workaround
 from notabug.scenes_usd.scene import Light, Mesh, Object, Scene
+from notabug.scenes_usd.transform import rescaled
 
 _PAPER = "Woo, Pearce and Ouellette 1996, surface acne"
 _ACNE = ("acne", "no_epsilon")
@@ -48,7 +49,7 @@ def scaled(by: float) -> Edit:
         to_world[3, :3] *= by
         return replace(
             scene,
-            camera=replace(camera, to_world=to_world, near=camera.near * by, far=camera.far * by),
+            camera=rescaled(replace(camera, to_world=to_world), by),
             objects=tuple(thing(each) for each in scene.objects),
             lights=tuple(light(each) for each in scene.lights),
         )

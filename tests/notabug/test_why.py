@@ -89,7 +89,7 @@ def test_the_best_explanations_come_first_and_few(run_of_a_scene: Path) -> None:
     """Fits before misfits, then by how far off; five and the reference are shown unless all are asked for."""
     known = origin(run_of_a_scene)
     assert known is not None
-    scene = read_scene(known.source, known.variants)
+    scene = read_scene(known.source, *known.choice)
     explained = explain_pixel(read_picture(run_of_a_scene).pixels, scene, known.declaration(), X, Y)
     ranked = explained.ranked()
     assert len(ranked) > 5
@@ -107,7 +107,7 @@ def test_the_best_explanations_come_first_and_few(run_of_a_scene: Path) -> None:
 def test_what_fits_is_among_the_few_that_are_looked_at_closely(run_of_a_scene: Path, place: tuple[int, int]) -> None:
     known = origin(run_of_a_scene)
     assert known is not None
-    scene = read_scene(known.source, known.variants)
+    scene = read_scene(known.source, *known.choice)
     pixels = read_picture(run_of_a_scene).pixels
     whole = explain_pixel(pixels, scene, known.declaration(), *place)
     few = explain_pixel(pixels, scene, known.declaration(), *place, closest=24)

@@ -16,11 +16,14 @@ import pytest
 from typer.testing import CliRunner
 
 from notabug.cli import app, main
+from notabug.scenes_usd import reader_stage
 from notabug.scenes_usd.adapted import adapt
 from notabug.scenes_usd.errors import ManyFaultsError, SceneError, SelectionError
+from notabug.scenes_usd.own import as_usd, take_scene
+from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader_stage import read_stage, survey_stage
-from notabug.scenes_usd.reading import View
 from notabug.scenes_usd.scene import Mesh, Scene, Sphere
+from notabug.scenes_usd.view import View
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -214,7 +217,7 @@ def test_adapting_keeps_the_light_of_what_it_makes_a_point(files: dict[str, Path
 # --- check --------------------------------------------------------------------------------------------------------
 
 TEN = {
-    "BODY": "float horizontalApertureOffset = 1",
+    "BODY": "float4[] clippingPlanes = [(1, 0, 0, 0)]",
     "two": f'{own.PLAIN_LIGHT}def RectLight "Area"\n{{\n}}\ndef DomeLight "Sky"\n{{\n}}\n',
     "bulb": own.PLAIN_LIGHT.replace('"Light"', '"Bulb"').replace("bool treatAsPoint = 1", "float inputs:radius = 1"),
     "look": "float inputs:metallic = 1\nfloat inputs:clearcoat = 1\ncolor3f inputs:emissiveColor = (1, 0, 0)",
@@ -225,7 +228,7 @@ FAULTS = [
     "/World/Area",
     "/World/Broken.faceVertexIndices",
     "/World/Bulb.treatAsPoint",
-    "/World/Camera.horizontalApertureOffset",
+    "/World/Camera.clippingPlanes",
     "/World/Look/Surface.inputs:clearcoat",
     "/World/Look/Surface.inputs:emissiveColor",
     "/World/Look/Surface.inputs:metallic",
@@ -270,17 +273,143 @@ def test_check_prints_them_by_path_and_as_json(ten: Path) -> None:
     assert "notabug adapt" in shown.stdout
 
 
-@pytest.mark.parametrize("words", [["run", "SCENE", "-r", "inhouse"], ["judge", "PICTURE", "--scene", "SCENE"]])
-def test_run_and_judge_print_the_same_list_once(
-    words: list[str], ten: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    words = [{"SCENE": str(ten), "PICTURE": "none.exr"}.get(word, word) for word in words]
+def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
     with mock.patch.object(sys, "argv", ["notabug", *words]), pytest.raises(SystemExit) as ended:
         main()
-    printed = capsys.readouterr()
-    assert ended.value.code == 2
-    assert [where for where in FAULTS if printed.err.count(f"{where}: ") == 1] == FAULTS
-    assert "Traceback" not in printed.err
+    return int(ended.value.code or 0), capsys.readouterr().err
+
+
+def test_judge_prints_the_same_list_once(ten: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What drew the picture saw the file as it is: nothing that the file has is overruled."""
+    write_exr(tmp_path / "picture.exr", np.zeros((32, 32, 3)))
+    code, printed = said(capsys, "judge", str(tmp_path / "picture.exr"), "--scene", str(ten))
+    assert code == 2
+    assert [where for where in FAULTS if printed.count(f"{where}: ") == 1] == FAULTS
+    assert "Traceback" not in printed
+
+
+def test_run_prints_once_what_no_adaptation_mends(
+    ten: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = ten.read_text("utf-8").replace('defaultPrim = "World"', 'defaultPrim = "World"\nsubLayers = [@./gone.usda@]')
+    ten.write_text(text, "utf-8")
+    code, printed = said(capsys, "run", str(ten), "-r", "inhouse", "--out", str(tmp_path / "out"))
+    assert code == 2
+    assert "gone.usda" in printed
+    assert "metallic" not in printed, "what is mended is no fault"
+    assert printed.count("notabug: ") == 1
+
+
+# --- adapted in memory --------------------------------------------------------------------------------------------
+
+
+def test_what_is_adapted_in_memory_is_what_adapt_writes(ten: Path, tmp_path: Path) -> None:
+    with pytest.raises(ManyFaultsError):
+        take_scene(ten, mends="picture")
+    taken = take_scene(ten)
+    made = adapt(ten, tmp_path / "own.usda", {}, View())
+    assert made.survey.scene is not None
+    assert taken.scene.digest() == made.survey.scene.digest()
+    assert taken.says == made.says
+    assert (taken.scene.adapted, taken.scene.path, taken.scene.id) == ("scene", ten, "ten")
+    assert any("adapted in memory" in note for note in taken.scene.notes)
+    assert {path.name for path in tmp_path.iterdir()} == {"ten.usda", "own.usda"}, "nothing else is written"
+
+
+ADAPTED = [feature.name for feature in own.FEATURES if feature.state == "adapted"]
+CHOSEN = {"animated points", "animated transform", "two cameras, none named", "variants without a selection"}
+
+
+@pytest.mark.parametrize("name", ADAPTED)
+def test_a_picture_drawn_elsewhere_is_of_the_file_as_it_is(name: str, files: dict[str, Path]) -> None:
+    """For it which picture is meant may be chosen, and nothing else; what an adapter draws may be adapted whole."""
+    assert take_scene(files[name]).scene.adapted == "scene"
+    if name in CHOSEN:
+        assert take_scene(files[name], mends="picture").scene.adapted == "picture"
+    else:
+        with pytest.raises(SceneError):
+            take_scene(files[name], mends="picture")
+
+
+def test_the_picture_at_hand_says_its_size(files: dict[str, Path]) -> None:
+    scene = take_scene(files["no render settings"], view=View(size=(40, 24)), mends="picture").scene
+    assert (scene.width, scene.height) == (40, 24)
+    sized = take_scene(files["fStop (not modelled)"], view=View(size=(40, 24)), mends="picture").scene
+    assert (sized.width, sized.height) == (32, 32), "the settings say it"
+
+
+@pytest.mark.parametrize(
+    ("name", "variants", "view"),
+    [
+        ("two cameras, none named", {}, View(camera="/World/Side")),
+        ("animated transform", {}, View(time=12.5)),
+        ("animated points", {}, View()),
+        ("variants without a selection", {"kind": "b"}, View()),
+        ("render and proxy purposes", {}, View(purposes=frozenset({"default", "proxy"}))),
+        ("no render settings", {}, View()),
+        ("no camera", {}, View()),
+        ("metal", {}, View()),
+    ],
+)
+def test_a_renderer_of_usd_gets_what_is_judged(
+    name: str, variants: dict[str, str], view: View, files: dict[str, Path], tmp_path: Path
+) -> None:
+    scene = take_scene(files[name], variants, view).scene
+    path = tmp_path / "scene.usda"
+    path.write_text(as_usd(scene), "utf-8")
+    (tmp_path / "picture.png").write_bytes(files[name].with_name("picture.png").read_bytes())
+    again = read_stage(path, "scene", {})
+    assert again.camera.to_world == pytest.approx(scene.camera.to_world, abs=1e-6)
+    assert (again.width, again.height) == (scene.width, scene.height)
+    assert [each.path for each in again.objects] == [each.path for each in scene.objects]
+    for one, other in zip(meshes(again), meshes(scene), strict=True):
+        assert one.points == pytest.approx(other.points, abs=1e-6)
+
+
+def test_a_run_reads_a_scene_of_ones_own_once(
+    files: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    reads: list[str] = []
+
+    def counted(path: Path, *words: Any) -> Scene:
+        reads.append(path.name)
+        return real(path, *words)
+
+    real = reader_stage.read_stage
+    with mock.patch.object(reader_stage, "read_stage", counted):
+        path = files["two cameras, none named"]
+        words = (
+            "run",
+            str(path),
+            "-r",
+            "inhouse",
+            "--camera",
+            "/World/Side",
+            "-j",
+            "1",
+            "--out",
+            str(tmp_path / "out"),
+        )
+        code, _ = said(capsys, *words)
+        assert code == 0
+    assert reads.count(path.name) == 1
+
+
+def test_run_and_judge_tell_what_was_chosen(
+    files: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = files["two cameras, none named"], tmp_path / "out"
+    code, printed = said(capsys, "run", str(path), "-r", "inhouse", "-j", "1", "--out", str(out))
+    assert code == 0
+    assert "adapted in memory" in printed
+    assert "the first of 2" in printed
+    (result,) = json.loads((out / "run.json").read_text("utf-8"))["results"]
+    assert any("adapted in memory" in note for note in result["notes"])
+    picture = str(out / result["image"])
+    code, printed = said(capsys, "judge", picture, "--scene", str(path), "--filter", "point")
+    assert code == 0
+    assert "the first of 2" in printed
+    assert said(capsys, "why", picture, "--pixel", "16,16")[0] == 0
 
 
 @pytest.mark.parametrize("text", ["", "#usda 1.0\ndef Xform {", "not USD"])

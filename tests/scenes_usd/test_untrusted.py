@@ -21,7 +21,7 @@ from notabug.scenes_usd.errors import NotabugError, SceneError
 from notabug.scenes_usd.fence import OutsideError
 from notabug.scenes_usd.look import Look
 from notabug.scenes_usd.reader import find, look_through, read_scene, survey_scene
-from notabug.scenes_usd.reading import View
+from notabug.scenes_usd.view import View
 
 BASE = find("calibration/plain_card").read_text(encoding="utf-8")
 CARD = find("calibration/card").read_text(encoding="utf-8")
