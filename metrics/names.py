@@ -14,7 +14,7 @@ NOTHING = 0.02  # what a name leaves where two renderers see different surfaces 
 EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may leave which no fault need be tried after
 WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
 NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
-LADEN = 1.1  # of two names that leave nothing, by how much a limitation more, or an axis, must lower the misfit
+LADEN = 1.1  # by how much a number more must lower the misfit, and a limitation more where neither name leaves anything
 BETTER = 0.97  # of two names the one tried first stays unless the other's misfit, or else glance, is smaller by this
 
 
@@ -48,9 +48,14 @@ class Name:
         return 0 if self.fitted is None else sum(bool(each.any()) for each in self.fitted.alphas.values())
 
     @property
+    def further(self) -> int:
+        """How many numbers were fitted after the first: axes of a fault, or a shift's."""
+        return max(0, self.axes - 1, len(self.numbers) - 1)
+
+    @property
     def burden(self) -> int:
-        """``laden``, and every axis after the first."""
-        return self.laden + max(0, self.axes - 1)
+        """How many limitations are beside the name, and further numbers in it."""
+        return self.laden + self.further
 
     def over(self, exact: float) -> bool:
         """Whether it leaves no bug leg, and no more misfit than ``exact``."""
@@ -83,10 +88,8 @@ def better(each: Name, best: Name, exact: float, *, noisy: bool) -> bool:
     if each.anything != best.anything:  # what may show anything always fits: whatever else leaves nothing says more
         fixed = best if each.anything else each
         return (fixed is each) == (fixed.remains <= NOTHING)
-    if "pixel_shift" in (each.name, best.name) and (each.freedom or best.freedom):
-        # two numbers for the whole picture excuse less than a choice at every pixel
-        shift, free = (each, best) if best.freedom else (best, each)
-        return (shift is each) == (shift.remains <= max(free.remains, NOTHING))
+    if "pixel_shift" in (each.name, best.name) and bool(each.freedom) != bool(best.freedom):
+        return each.name == "pixel_shift"  # two numbers for the whole picture excuse less than a choice at every pixel
     if noisy and bool(each.freedom) != bool(best.freedom):  # nor is there anything to choose where only noise is left
         fixed = best if each.freedom else each
         if fixed.remains <= NOTHING and fixed.misfit < NOISE:
@@ -101,7 +104,7 @@ def better(each: Name, best: Name, exact: float, *, noisy: bool) -> bool:
         alike = exact if noisy else 0.0
         if abs(each.misfit - best.misfit) < max(alike, (1.0 - BETTER) * best.misfit):
             return each.glance < BETTER * best.glance
-    return each.misfit < BETTER * best.misfit
+    return each.misfit * LADEN ** (each.further - best.further) < BETTER * best.misfit
 
 
 def _excuses(name: Name) -> tuple[float, float]:
