@@ -55,7 +55,7 @@ def _first_light_lost(job: Job, _: Arrays) -> None:
 
 
 def _wider(job: Job, _: Arrays) -> None:
-    job["camera"]["fov"] *= 1.03
+    job["camera"]["lens"]["fov"] *= 1.03
 
 
 def _camera_aside(job: Job, _: Arrays) -> None:
