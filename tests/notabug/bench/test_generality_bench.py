@@ -117,7 +117,7 @@ def test_the_jobs_of_each_part() -> None:
     assert [each.renderers for each in by_part["faults"]] == [("povray",), ("mitsuba",)] * 5
     assert len({each.key() for each in made}) == len(made)
     assert len(jobs(("scenes",), 0, 0, ("povray",), quick=False, naming=True, side=0)) == bench.SCENES
-    assert len(jobs(("faults", "limitations"), 0, 0, ("povray",), quick=False, naming=True, side=0)) == 350
+    assert len(jobs(("faults", "limitations"), 0, 0, ("povray",), quick=False, naming=True, side=0)) == 400
     assert len(jobs(("meshes",), 0, 0, ("povray",), quick=False, naming=True, side=0)) >= 12
 
 
