@@ -31,7 +31,7 @@ def test_a_flat_picture_stays_flat(condition: Condition) -> None:
     if not condition.samples:
         assert np.allclose(filtered(flat(), condition), 0.5)
         return
-    mean = np.mean(list(shoot(flat(), condition, 1, 16)))
+    mean = np.mean(list(shoot([flat()], condition, 1, 16)))
     error = 0.5 * SPREAD / np.sqrt(condition.samples * SIDE * SIDE * 16)
     bias = 0.5 * 50 * 2e-5 if condition.fireflies else 0.0
     assert mean == pytest.approx(0.5, abs=6 * error + 4 * bias)
@@ -39,13 +39,13 @@ def test_a_flat_picture_stays_flat(condition: Condition) -> None:
 
 def test_noise_is_as_large_as_stated() -> None:
     condition = BY_NAME["16 samples"]
-    mean = np.mean(list(shoot(flat(), condition, 3)), axis=0)
+    mean = np.mean(list(shoot([flat()], condition, 3)), axis=0)
     assert mean[..., 0].var() == pytest.approx(float(variance(flat(), condition).mean()), rel=0.2)
 
 
 def test_a_wide_filter_correlates_neighbours_and_a_box_does_not() -> None:
     def lag(name: str) -> float:
-        x = next(shoot(flat(), BY_NAME[name], 5, 1))[..., 0]
+        x = next(shoot([flat()], BY_NAME[name], 5, 1))[..., 0]
         x = x - x.mean()
         return float((x[:, 1:] * x[:, :-1]).mean() / (x * x).mean())
 

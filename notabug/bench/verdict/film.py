@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -136,13 +136,16 @@ def _noisy(sub: Floats, condition: Condition, rng: np.random.Generator) -> Float
     return value
 
 
-def shoot(sub: Floats, condition: Condition, seed: int, count: int = 0) -> Iterator[Floats]:
-    """The pictures (h, w, 3) of every seed, linear, before they are written; ``count`` instead of the usual seeds."""
+def shoot(subs: Sequence[Floats], condition: Condition, seed: int, count: int = 0) -> Iterator[Floats]:
+    """The pictures (h, w, 3) of every seed, linear, before they are written; ``count`` instead of the usual seeds.
+
+    Each seed has its own subsamples, or there is one of ``subs`` for all.
+    """
     if not condition.samples:
-        yield filtered(sub, condition)
+        yield filtered(subs[0], condition)
         return
     for k in range(count or condition.seeds):
-        yield _noisy(sub, condition, np.random.default_rng((seed, k)))
+        yield _noisy(subs[k % len(subs)], condition, np.random.default_rng((seed, k)))
 
 
 def written(picture: Floats, condition: Condition) -> npt.NDArray[np.float32]:
