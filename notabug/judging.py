@@ -31,6 +31,7 @@ from notabug.report.page import draw
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import Picture, read_picture, write_exr
+from notabug.scenes_usd.reader import find
 from notabug.scenes_usd.view import AS_IT_IS, View
 from notabug.selection import parse_variants
 from notabug.tool import tool
@@ -59,9 +60,11 @@ def command(
     begun = time.perf_counter()
     if out is not None:
         claim(out, "run")
+    chosen = one_variant(variants)
+    find(source, chosen, view)  # what is wrong with the words is told before anything is read
     pictures = [read_picture(path, layer=layer, srgb=srgb) for path in images]
     height, width = pictures[0].pixels.shape[:2]
-    taken = take_scene(source, one_variant(variants), replace(view, size=(width, height)), "picture")
+    taken = take_scene(source, chosen, replace(view, size=(width, height)), "picture")
     scene = taken.scene
     if taken.says:
         console(stderr=True).print(Text(taken.told(source)), soft_wrap=True)

@@ -77,7 +77,8 @@ def test_a_refused_scene_says_whether_a_layer_would_mend_it(
 def test_a_file_that_no_layer_can_mend_is_not_sent_to_adapt(
     text: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from notabug.checking import command, view_of
+    from notabug.checking import command
+    from notabug.scenes_usd.view import view_of
 
     path = tmp_path / "scene.usda"
     if text is not None:

@@ -77,16 +77,6 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
         "/Render/Settings.aspectRatioConformPolicy",
         "stretchAperture",
     ),
-    "orthographic": (
-        (("float focalLength", 'token projection = "orthographic"\nfloat focalLength'),),
-        "/Scene/Camera.projection",
-        "orthographic",
-    ),
-    "aperture offset": (
-        (("float focalLength", "float verticalApertureOffset = 1\nfloat focalLength"),),
-        "/Scene/Camera.verticalApertureOffset",
-        "got 1",
-    ),
     "focal length": ((("focalLength = 20", "focalLength = 0"),), "/Scene/Camera.focalLength", "above 0"),
     "clipping": ((("(0.1, 100)", "(1, 1)"),), "/Scene/Camera.clippingRange", "0 < near < far"),
     "camera scale": (

@@ -208,11 +208,6 @@ def test_what_is_rounded_has_a_tolerance(old: str, new: str, write: Write) -> No
 @pytest.mark.parametrize(
     ("old", "new", "where"),
     [
-        (
-            "float focalLength",
-            "float horizontalApertureOffset = 0.01\nfloat focalLength",
-            "/Scene/Camera.horizontalApertureOffset",
-        ),
         ("# preview", "float inputs:opacity = 1.001", "/Scene/Grey/Surface.inputs:opacity"),
         ("# preview", "float inputs:metallic = 0.001", "/Scene/Grey/Surface.inputs:metallic"),
     ],
