@@ -14,11 +14,12 @@ from notabug.scenes_usd.transform import rescaled
 
 _PAPER = "Woo, Pearce and Ouellette 1996, surface acne"
 _ACNE = ("acne", "no_epsilon")
-# a block that has lost its shadow is near to one that is missing
+# a block that has lost its shadow casts none, and is near to one that is missing
 _LEAK = (
     "epsilon_too_large",
     "epsilon_not_scaled",
     "loser_wins",
+    "no_shadow",
     "object_missing",
 )  # what light under the blocks is taken for
 
