@@ -182,11 +182,13 @@ def explain(
     if not bare.triggers:
         return bare
     close = closely is not None and few_wrong(bare)
+    looked = bare.significance.pixels & close
     if closely is not None and close:
-        predict = closely(bare.significance.pixels)
-        bare = best = fit(measured, (), predict)
-        if not bare.triggers:
-            return bare
+        predict = closely(looked)
+        if predict(()) is not bare.target:
+            bare = best = fit(measured, (), predict)
+            if not bare.triggers:
+                return bare
     together = habits(models)
     wide = None if preview is None else reach(measured, bare.significance, models, together, predict, preview)
     if preview is not None and wide is not None and wide.beyond_all():
@@ -226,9 +228,9 @@ def explain(
     if enough:  # dots may fill a facet as well: the models that could explain the least else
         return replace(min(enough, key=_taken_for_granted), before=bare.significance.z)
     # what is wrong only beside these models was not looked at closely
-    beside = best.significance.pixels & ~(bare.significance.pixels & close)
+    beside = best.significance.pixels & ~looked
     if closely is not None and best.models and few_wrong(best) and beside.any():
-        predict = closely(best.significance.pixels | (bare.significance.pixels & close))
+        predict = closely(beside)
         close = True
         best = fit(measured, best.models, predict)
         if not best.triggers:

@@ -61,6 +61,7 @@ class Predictions:
         self._pictures: _Recent[Floats] = _Recent(MOST_PICTURES)
         self._glimpses: _Recent[Floats] = _Recent(MOST_PICTURES // 4)
         self._still = preview(scene)
+        self._looked = np.zeros(reference.edge.shape, np.bool_)  # one array for all copies
         self._also: Bools | None = None
         self._forget()
 
@@ -69,10 +70,14 @@ class Predictions:
         self._envelopes: _Recent[Near] = _Recent(MOST_ENVELOPES)
 
     def closely(self, at: Bools) -> Predictions:
-        """The same predictions, with the pixels ``at`` (h, w) and those beside them traced whatever centres show."""
+        """The same predictions, with the pixels ``at`` (h, w) and those beside them traced whatever centres show.
+
+        So are those that were asked for before: what a close look has explained must not need explaining again.
+        """
+        self._looked |= widened(at, 1)
         result = copy(self)
         result._forget()
-        result._also = widened(at, 1)
+        result._also = self._looked.copy()
         result._reference = result._beside_centres((), self._reference)
         return result
 
@@ -104,6 +109,8 @@ class Predictions:
         if self._also is None or not found.share_is_point:
             return found
         at = np.flatnonzero(found.edge & self._also)
+        if not at.size:
+            return found
         lo, hi = pixels(found.lo, at), pixels(found.hi, at)
         for right, down in product((-BESIDE, 0.0, BESIDE), repeat=2):
             beside = pixel_shift(self._scene.width, self._scene.height, right, down)

@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from notabug.metrics.admissible import admissible
 from notabug.metrics.judge import judge
+from notabug.metrics.predictions import Predictions
 from notabug.references.predict import predict
+from notabug.references.tracer.precision import RELATIVE
 from notabug.scenes_usd.scene import Camera, Card, Light, Material, Mesh, Scene
 
 SIDE, COLUMN = 64, 31
@@ -73,3 +76,16 @@ def test_what_shows_a_tenth_of_a_pixel_beside_it_is_not(studio: Any) -> None:
     other = _scene(CENTRE - RIGHT, CENTRE)  # where the last strip begins at the centre
     assert _pixel(other, COLUMN) == pytest.approx(SHADES[2])
     assert judge([predict(other).point], scene, studio.point, perceive=False).verdict.word == "bug"
+
+
+def test_what_was_looked_at_closely_stays_so(studio: Any) -> None:
+    scene = _scene(CENTRE, RIGHT)
+    bare = predict(scene)
+    predicted = Predictions(scene, bare, admissible(bare, studio.point), studio.point, RELATIVE, None)
+    first, second = (np.zeros((SIDE, SIDE), np.bool_) for _ in range(2))
+    first[SIDE // 2, COLUMN] = second[0, 0] = True
+    seen = predicted.closely(first)(())
+    again = predicted.closely(second)(())
+    assert seen.hi[SIDE // 2, COLUMN, 0] == pytest.approx(SHADES[0])
+    np.testing.assert_array_equal(again.hi[SIDE // 2], seen.hi[SIDE // 2])
+    assert predicted(()).hi[SIDE // 2, COLUMN, 0] < 0.95 * SHADES[0]  # those without a close look are as they were
