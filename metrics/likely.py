@@ -79,48 +79,52 @@ def likely(
         return max(score, covered(change, own)) if fault.rule == "any" else score
 
     ranked: list[_Ranked] = []
-    families: dict[object, list[list[_Ranked]]] = {}
+    families: dict[object, list[list[tuple[_Ranked, Floats]]]] = {}
     wrong = found.significance.pixels
     placed = (each if each.placed is None else each.placed(wrong) for each in faults)
     for index, fault in enumerate(each for each in placed if each is not None):
-        tried = []
+        tried: list[tuple[_Ranked, Floats]] = []
         for base, change in starts:
             own = preview((*base, fault)) - preview(base)
-            tried.append(_Ranked(scored(fault, change, own), index, fault, base, change, own))
+            tried.append((_Ranked(scored(fault, change, own), index, fault, base, change), own))
         if fault.jointly is None:
-            ranked.append(max(tried, key=lambda each: each.score))
+            ranked.append(max((each for each, _ in tried), key=lambda each: each.score))
         else:
             families.setdefault(fault.jointly, []).append(tried)
     for axes in families.values():  # several axes at once are one fault: the likeliest axis stands for all of them
         best = []
         for on_one_base in zip(*axes, strict=True):
-            change = on_one_base[0].change
-            together = _together([each.own for each in on_one_base], change, at / scale)
-            score = max(compared(change, together, False, step) for step in STEPS)
-            best.append(replace(max(on_one_base, key=lambda each: each.score), together=score))
+            likeliest = max((each for each, _ in on_one_base), key=lambda each: each.score)
+            together = _together([own for _, own in on_one_base], likeliest.change, at / scale)
+            score = max(compared(likeliest.change, together, False, step) for step in STEPS)
+            best.append(replace(likeliest, together=score))
         ranked.append(max(best, key=lambda each: each.together))
-    ranked = sorted((each for each in ranked if max(each.score, each.together) > LEAST_ALIKE), key=_Ranked.place)
-    alike = sum(max(each.score, each.together) > ALIKE for each in ranked)
+    ranked = sorted((each for each in ranked if each.most > LEAST_ALIKE), key=_Ranked.place)
+    alike = sum(each.most > ALIKE for each in ranked)
     for each in sorted(ranked[: min(LIKELY, max(alike, FEW))], key=_Ranked.turn):
         yield from _strengths(each, at, scale, preview)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Ranked:
-    """A fault, how much it looks like the picture on ``base``, what the picture changes there, and what it does."""
+    """A fault, how much it looks like the picture on ``base``, and what the picture changes there."""
 
     score: float
     index: int
     fault: Model
     base: tuple[Model, ...]
     change: Floats
-    own: Floats
     together: float = 0.0
     """The score of all axes of a fault that has several, which may be off along each."""
 
+    @property
+    def most(self) -> float:
+        """The score along one axis or along all, whichever is better."""
+        return max(self.score, self.together)
+
     def place(self) -> tuple[float, bool, int]:
         """What is less is likelier."""
-        return (-round(max(self.score, self.together), 2), *self.turn()[1:])
+        return (-round(self.most, 2), *self.turn()[1:])
 
     def turn(self) -> tuple[float, bool, int]:
         """What is less is tried earlier: of the likely ones those that need one axis only."""
@@ -129,11 +133,12 @@ class _Ranked:
 
 def _strengths(ranked: _Ranked, at: npt.NDArray[np.bool_], scale: Floats, preview: Preview) -> Iterator[Model]:
     """The fault at the strength that fits where it looks (h, w, 1), along several axes at once, and as it was."""
-    fault, base, change, own = ranked.fault, ranked.base, ranked.change, ranked.own
+    fault, base, change = ranked.fault, ranked.base, ranked.change
     if fault.at is None:
         yield fault
         return
     best, strength = fault, fault.strength
+    own = preview((*base, fault)) - preview(base)
     for step in (*STEPS, 1):
         size = fitting_size(change * at, own * at, scale, step)
         if size is None:
