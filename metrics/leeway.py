@@ -24,6 +24,7 @@ from notabug.references.models.acne import width_of_view
 from notabug.references.models.model import Model, edit_materials
 from notabug.references.predict import predict, preview
 from notabug.references.tracer.envelope import SEEN, Envelope
+from notabug.references.viewing import centre_rays, projected
 from notabug.scenes_usd.scene import Light, Material, Scene
 
 Floats = npt.NDArray[np.floating]
@@ -88,39 +89,21 @@ def _moved(scene: Scene, light: Light, place: Floats, normal: Floats, depth: Flo
     cosine = (to * normal).sum(axis=2)
     epsilon = HALF * 2.0 * scene.camera.tan_x / scene.width * scene.camera.spans(depth)
     height = SMALL * epsilon / np.maximum(cosine, 1e-6)
-    shown = _raster(scene, place + height[..., None] * (cosine[..., None] * normal - to))
-    moved = (shown - _raster(scene, place)) / SMALL
+    shown, _ = projected(scene, place + height[..., None] * (cosine[..., None] * normal - to))
+    moved = (shown - projected(scene, place)[0]) / SMALL
     good = (cosine > 0) & (depth > 0) & np.isfinite(moved).all(axis=2)
     return np.where(good[..., None], moved, 0.0)
 
 
-def _raster(scene: Scene, place: Floats) -> Floats:
-    """Where (h, w, 2) the camera sees ``place`` (h, w, 3), in pixels, right and down."""
-    camera = scene.camera
-    local = (place - camera.to_world[3, :3]) @ camera.to_world[:3, :3].T
-    away = np.where(local[..., 2] < 0, -local[..., 2], np.inf)
-    span = np.where(np.isfinite(away), camera.spans(away), np.inf)
-    x = local[..., 0] / span / camera.tan_x - camera.shift_x
-    y = local[..., 1] / span / camera.tan_y - camera.shift_y
-    return np.stack([(x + 1.0) * scene.width / 2, (1.0 - y) * scene.height / 2], axis=2)
-
-
 def _surface(scene: Scene) -> tuple[Floats, Floats, Floats]:
     """Place (h, w, 3), unit normal (h, w, 3) and depth (h, w) of what is seen at pixel centres; 0 where nothing is."""
-    camera = scene.camera
-    eye = camera.to_world[3, :3]
+    eye = scene.camera.to_world[3, :3]
     torch = Light("/torch", "point", (np.pi,) * 3, position=tuple(eye))
     even, falling = (_white(scene, torch, falloff) for falloff in ("none", "linear"))
     distance = np.where(falling > 0, even / np.maximum(falling, 1e-30), 0.0)
-    x = (2.0 * (np.arange(scene.width) + 0.5) / scene.width - 1.0 + camera.shift_x) * camera.tan_x
-    y = (1.0 - 2.0 * (np.arange(scene.height) + 0.5) / scene.height + camera.shift_y) * camera.tan_y
-    if camera.orthographic:
-        aside = np.stack([*np.broadcast_arrays(x[None, :], y[:, None], 0.0)], axis=2) @ camera.to_world[:3, :3]
-        depth = np.sqrt(np.maximum(np.square(distance) - np.square(aside).sum(axis=2), 0.0))
-        start, rays = eye + aside, np.broadcast_to(-camera.to_world[2, :3], aside.shape)
-    else:
-        rays = np.stack([*np.broadcast_arrays(x[None, :], y[:, None], -1.0)], axis=2) @ camera.to_world[:3, :3]
-        depth, start = distance / np.linalg.norm(rays, axis=2), eye
+    start, rays = centre_rays(scene)  # a start is the eye, or lies beside it, square to the ray
+    forward = np.sqrt(np.maximum(np.square(distance) - np.square(start - eye).sum(axis=2), 0.0))
+    depth = forward / np.linalg.norm(rays, axis=2)
     components = list(_components(scene))
     normal = np.stack([front - back for front, back in zip(components[::2], components[1::2], strict=True)], axis=2)
     normal = normal / np.maximum(np.linalg.norm(normal, axis=2), 1e-30)[..., None]

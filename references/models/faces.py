@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.references.models.model import Edit, Model, edit_meshes
+from notabug.references.viewing import centre_rays, projected
 from notabug.scenes_usd.scene import Floats, Material, Mesh, Scene
 from notabug.scenes_usd.triangulate import split_ngons, triangulate
 
@@ -125,19 +126,6 @@ def _drawn_back(scene: Scene) -> Callable[[Mesh], Mesh]:
     return change
 
 
-def projected(scene: Scene, points: Floats) -> tuple[Floats, Floats]:
-    """Raster positions (..., 2) of world ``points`` (..., 3), and their depths along the camera's axis."""
-    camera = scene.camera
-    x, y, z, eye = (camera.to_world[i, :3] for i in range(4))
-    off = points - eye
-    depth = -(off @ z)
-    safe = np.where(np.abs(depth) > 1e-12, depth, 1e-12)
-    span = camera.spans(safe)
-    across = (off @ x) / span / camera.tan_x - camera.shift_x
-    up = (off @ y) / span / camera.tan_y - camera.shift_y
-    return np.stack([(across + 1.0) * 0.5 * scene.width, (1.0 - up) * 0.5 * scene.height], axis=-1), depth
-
-
 def missing(scene: Scene, wrong: Bools, known: Gone | None = None) -> Model | None:
     """The fault of the triangles that lie where the picture is ``wrong`` (h, w); None where there are none, or many.
 
@@ -238,25 +226,19 @@ def _wrong_triangles(
 
 def _covered(scene: Scene, triangle: Floats) -> tuple[Ints, Ints]:
     """The pixels (columns, rows) whose centres' rays meet ``triangle`` (3, 3), which may reach behind the camera."""
-    camera = scene.camera
-    right, up, back, eye = (camera.to_world[i, :3] for i in range(4))
-    row, column = np.divmod(np.arange(scene.width * scene.height), scene.width)
-    across = (2.0 * (column + 0.5) / scene.width - 1.0 + camera.shift_x) * camera.tan_x
-    high = (1.0 - 2.0 * (row + 0.5) / scene.height + camera.shift_y) * camera.tan_y
-    # eye + t ray = first + u one + v other, by Cramer's rule
-    aside = across[:, None] * right + high[:, None] * up
-    ray = np.broadcast_to(-back, aside.shape) if camera.orthographic else aside - back
-    one, other, start = triangle[1] - triangle[0], triangle[2] - triangle[0], eye - triangle[0]
-    start = start + aside if camera.orthographic else start
+    starts, rays = (each.reshape(-1, 3) for each in centre_rays(scene))
+    # start + t ray = first + u one + v other, by Cramer's rule
+    one, other, start = triangle[1] - triangle[0], triangle[2] - triangle[0], starts - triangle[0]
     normal = np.cross(one, other)
-    slope = ray @ normal
+    slope = rays @ normal
     slope = np.where(np.abs(slope) > 1e-300, slope, 1e-300)
     t = -(start @ normal) / slope
-    point = start + t[:, None] * ray
+    point = start + t[:, None] * rays
     size = max(float(normal @ normal), 1e-300)
     u, v = np.cross(point, other) @ normal / size, np.cross(one, point) @ normal / size
     met = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0)
-    return column[met].astype(np.int64), row[met].astype(np.int64)
+    row, column = np.divmod(np.flatnonzero(met), scene.width)
+    return column, row
 
 
 def _without(gone: Gone) -> Edit:

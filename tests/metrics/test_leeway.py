@@ -10,11 +10,12 @@ import pytest
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import admissible, edges
-from notabug.metrics.leeway import _moved, _raster, _surface, leeway
+from notabug.metrics.leeway import _moved, _surface, leeway
 from notabug.references.models.acne import width_of_view
 from notabug.references.models.model import Model
 from notabug.references.predict import predict
 from notabug.references.tracer.envelope import Envelope
+from notabug.references.viewing import projected
 from notabug.scenes_usd.scene import Scene
 
 BOX = Declaration("float64", "box", 0.5, 2.0**-24, relative_quantum=True, noisy=False, samples=25, silhouette="keep")
@@ -68,7 +69,7 @@ def test_places_and_normals_are_those_of_the_scene(studio: Any) -> None:
     seen = depth > 0
     assert seen.mean() > 0.5
     y, x = np.nonzero(seen)
-    assert _raster(scene, place)[seen] == pytest.approx(np.stack([x + 0.5, y + 0.5], axis=1), abs=1e-3)
+    assert projected(scene, place)[0][seen] == pytest.approx(np.stack([x + 0.5, y + 0.5], axis=1), abs=1e-3)
     assert np.linalg.norm(normal[seen], axis=1) == pytest.approx(1.0, abs=1e-4)
     floor = seen & (np.abs(normal - np.median(normal[seen], axis=0)).max(axis=2) < 1e-4)
     height = (place * normal).sum(axis=2)[floor]

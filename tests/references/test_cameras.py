@@ -13,13 +13,13 @@ from pxr import Gf, Usd, UsdGeom, UsdRender
 from notabug.adapters.base import Quality, RendererMissingError, UnsupportedError
 from notabug.adapters.registry import adapter, needs
 from notabug.adapters.requirements import check_supported
-from notabug.metrics.leeway import _raster, _surface
+from notabug.metrics.leeway import _surface
 from notabug.references.models.camera import pixel_shift
-from notabug.references.models.faces import projected
 from notabug.references.predict import configured
 from notabug.references.raster.picture import RasterOptions, raster_depth, raster_picture
 from notabug.references.tracer.envelope import Options, trace_picture
 from notabug.references.tracer.probe import probe
+from notabug.references.viewing import projected
 from notabug.scenes_usd.card import OWN_CARD
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader_camera import read_camera
@@ -161,7 +161,7 @@ def test_places_and_normals_of_the_margins_are_where_they_are(name: str) -> None
     place, _, depth = _surface(scene)
     x, y = PIXELS[0]
     assert depth[y, x] == pytest.approx(DEPTH, rel=1e-5)
-    assert _raster(scene, place)[y, x] == pytest.approx((x + 0.5, y + 0.5), abs=1e-3)
+    assert projected(scene, place)[0][y, x] == pytest.approx((x + 0.5, y + 0.5), abs=1e-3)
 
 
 @pytest.mark.parametrize("name", CASES)
