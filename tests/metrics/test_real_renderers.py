@@ -38,6 +38,14 @@ def verdict_of(studio: Any, adapter: Adapter, scene: Scene, **declared: Any) -> 
     return found
 
 
+def _check_mutant(studio: Any, mutant: Adapter, what: str, scene: str, names: set[str]) -> None:
+    """A renderer with a fault in it is a bug on ``scene``, and has one of ``names`` or none."""
+    verdict = verdict_of(studio, mutant, small(studio, scene))
+    print(f"\n{mutant.name} {what}: {verdict.word} {[finding.name for finding in verdict.findings]}")
+    assert verdict.word == "bug"
+    assert verdict.findings[0].name in names | {"unexplained"}
+
+
 @pytest.mark.parametrize("name", RENDERERS)
 def test_the_plain_card_passes(studio: Any, request: pytest.FixtureRequest, name: str) -> None:
     verdict = verdict_of(studio, request.getfixturevalue(name), small(studio, "calibration/plain_card"))
@@ -132,11 +140,7 @@ HIDDEN = "no_highlights"  # colours lit at corners hardly show a highlight
 )
 def test_a_mutant_of_a_z_buffer_is_a_bug(studio: Any, request: pytest.FixtureRequest, name: str, mutant: str) -> None:
     scene, edit, names = MUTANTS[mutant]
-    adapter = replace(request.getfixturevalue(name), edit=edit)
-    verdict = verdict_of(studio, adapter, small(studio, scene))
-    print(f"\n{name} {mutant}: {verdict.word} {[finding.name for finding in verdict.findings]}")
-    assert verdict.word == "bug"
-    assert verdict.findings[0].name in names | {"unexplained"}
+    _check_mutant(studio, replace(request.getfixturevalue(name), edit=edit), mutant, scene, names)
 
 
 # ---- mutants of LuxCore, a path tracer whose own pictures are one row too low
@@ -160,10 +164,7 @@ LUXCORE: dict[str, tuple[str, dict[str, Any], set[str]]] = {
 @pytest.mark.parametrize("mutant", LUXCORE)
 def test_a_mutant_of_luxcore_is_a_bug(studio: Any, luxcore: LuxCore, mutant: str) -> None:
     scene, changes, names = LUXCORE[mutant]
-    verdict = verdict_of(studio, replace(luxcore, **changes), small(studio, scene))
-    print(f"\nluxcore {mutant}: {verdict.word} {[finding.name for finding in verdict.findings]}")
-    assert verdict.word == "bug"
-    assert verdict.findings[0].name in names | {"unexplained"}
+    _check_mutant(studio, replace(luxcore, **changes), mutant, scene, names)
 
 
 # ---- mutants of Tachyon, which reads a text
@@ -205,7 +206,4 @@ TACHYON: dict[str, tuple[str, dict[str, Any], set[str]]] = {
 @pytest.mark.parametrize("mutant", TACHYON)
 def test_a_mutant_of_tachyon_is_a_bug(studio: Any, tachyon: Tachyon, mutant: str) -> None:
     scene, changes, names = TACHYON[mutant]
-    verdict = verdict_of(studio, replace(tachyon, **changes), small(studio, scene))
-    print(f"\ntachyon {mutant}: {verdict.word} {[finding.name for finding in verdict.findings]}")
-    assert verdict.word == "bug"
-    assert verdict.findings[0].name in names | {"unexplained"}
+    _check_mutant(studio, replace(tachyon, **changes), mutant, scene, names)
