@@ -12,7 +12,7 @@ import pytest
 
 import notabug.bench.generality.command as bench
 from notabug.adapters.base import Declaration, Found, Quality, Render, RendererError, UnsupportedError
-from notabug.adapters.registry import register
+from notabug.adapters import registry
 from notabug.bench.generality.command import command, jobs
 from notabug.bench.generality.draw import write_random_scene
 from notabug.bench.generality.examine import controls, examine, guarded, unknown_making
@@ -161,11 +161,16 @@ def test_shares_count_what_shows() -> None:
     assert [each["word"] for each in found["missed"]] == ["pass"]
 
 
+def known(painter: Painter, monkeypatch: pytest.MonkeyPatch) -> Painter:
+    """``painter``, which the registry knows until the test ends."""
+    monkeypatch.setitem(registry._adapters, painter.name, painter)
+    return painter
+
+
 @pytest.fixture
 def painted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Painter:
     """The bench in this process, with a painter, at a few pixels."""
-    painter = Painter()
-    register(painter)  # type: ignore[arg-type]
+    painter = known(Painter(), monkeypatch)
     monkeypatch.setattr(bench, "QUICK_SIDE", 16)
     monkeypatch.setattr(bench, "folder", lambda who: tmp_path / "kept")
 
@@ -207,9 +212,8 @@ def test_a_false_bug_is_printed_kept_and_shrunk(
     assert json.loads(capsys.readouterr().out)["records"] == document["records"]
 
 
-def test_shrinking_ends_in_time(sample: Any, tmp_path: Path) -> None:
-    painter = Painter()
-    register(painter)  # type: ignore[arg-type]
+def test_shrinking_ends_in_time(sample: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    painter = known(Painter(), monkeypatch)
     scene = sample[0, 4]
     made = record(renderer="painter", word="bug", bugs=["x"], index=4, size=[16, 16], traits="")
     notes: list[str] = []
