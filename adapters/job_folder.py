@@ -14,13 +14,22 @@ from notabug.adapters.trees import remove
 def job_folder(out: Path, name: str, *, keep: bool = False) -> Iterator[Path]:
     """A new folder in ``out`` for one job of the adapter ``name``; removed at the end, kept after an error or on wish.
 
-    It is absolute, since the renderer runs in it.
+    It is absolute, since the renderer runs in it. After an error of files, on a full disk, it is not kept: what was
+    being written there is half a file.
     """
     folder = Path(tempfile.mkdtemp(prefix=f"{name}-job-", dir=out.resolve()))
-    yield folder
+    try:
+        yield folder
+    except OSError:
+        _removed(folder)
+        raise
     if not keep:
-        with contextlib.suppress(OSError):
-            remove(folder)
+        _removed(folder)
+
+
+def _removed(folder: Path) -> None:
+    with contextlib.suppress(OSError):
+        remove(folder)
 
 
 def picture_path(out: Path, name: str, seed: int) -> Path:
