@@ -57,6 +57,9 @@ class Admissible:
     samples: tuple[Floats, Floats] | None = None  # (h, w, 3) least and most of single samples, where lo, hi are nearer
     sampled: tuple[Floats, Floats, Floats] | None = None  # least and most of one random sample, and its variance
     never: Bools | None = None  # (h, w) where a single sample of some seed shows what none can
+    missed: Floats | None = None  # (h, w, 3) the part of ``tau`` that stands for what subsamples may miss
+    inner: Bools | None = None  # (h, w) pixels that no edge crosses, though one may be next to them
+    exact: Bools | None = None  # (h, w) those of them whose samples a second look knows, so that none is astray
     stray: float = 1.0  # share of a pixel's samples that last bits may lead astray
 
 
@@ -71,17 +74,23 @@ def admissible(
     tolerance: float = RELATIVE,
     peak: float = math.inf,
     leeway: Floats | None = None,
+    fine: Bools | None = None,
 ) -> Admissible:
     """What ``envelope`` admits for pictures of a renderer that declares its pixel filter and its output's precision.
 
     ``peak`` is the brightest value of the reference: a hypothesis with a brighter one is given no wider tolerance for
     it everywhere else. ``leeway`` (h, w, 3) is by how much the edges of shadows may be lit;
-    None: not at all.
+    None: not at all. At the pixels ``fine`` (h, w) the envelope is as exact as its bound says, and the pictures' own
+    samples are random: what those miss is noise.
     """
     point = declaration.filter == "point"
     value: Floats = envelope.point if point else envelope.mean
     reach = math.ceil(declaration.radius)
+    inner = ~(envelope.edge | edges(envelope, reach, cast=True))
     edge = edges(envelope, reach)
+    exact = None if fine is None else fine & inner
+    if exact is not None:
+        edge &= ~exact
     lo: Floats = envelope.lo
     hi: Floats = envelope.hi
     for _ in range(reach):
@@ -93,12 +102,16 @@ def admissible(
         value, lo, hi = (np.minimum(each, declaration.white) for each in (value, lo, hi))
     tau = tolerance * np.abs(value) + ABSOLUTE * max(min(float(value.max(initial=0.0)), peak), DARK)
     tau += _rounded(declaration, value, hi)
-    samples = None
+    samples = missed = None
     sampled = (lo, hi, envelope.variance if declaration.filter == "box" else (hi - lo) ** 2 / 4.0)  # at most: Popoviciu
     if not point:
         inside = np.maximum(envelope.hi - envelope.lo - slope(envelope.mean), 0.0)
         inside[envelope.edge] = 0.0
-        tau += GRID * extreme(extreme(inside, np.maximum), np.maximum)
+        missed = GRID * extreme(extreme(inside, np.maximum), np.maximum)
+        if fine is not None:
+            at = np.flatnonzero(fine)
+            missed = put(missed, at, np.minimum(pixels(missed, at), pixels(envelope.bound, at)))
+        tau += missed
         if declaration.filter != "unknown" and declaration.samples >= ENOUGH:
             share = RANDOM_EDGE if declaration.noisy else EDGE
             span, samples = hi - lo, (lo, hi)
@@ -122,7 +135,9 @@ def admissible(
             for each, which, sign in ((lo, np.maximum, -1.0), (hi, np.minimum, 1.0))
         )
         sampled = (lo, hi, np.zeros_like(value))
-    return Admissible(value, lo, hi, tau, edge, spared, point, reach_of_filter, samples, sampled, stray=stray)
+    return Admissible(
+        value, lo, hi, tau, edge, spared, point, reach_of_filter, samples, sampled, None, missed, inner, exact, stray
+    )
 
 
 def beside_centre(envelope: Envelope) -> Floats:

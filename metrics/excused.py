@@ -45,6 +45,8 @@ def most(edges: int) -> int:
 def excused(wrong: Bools, mean: Floats, to: Admissible) -> Bools:
     """Those of the ``wrong`` pixels (h, w) of the picture ``mean`` that last bits may have made; none if too many."""
     found = wrong & widened(to.edge, NEAR)
+    if to.exact is not None:
+        found &= ~to.exact
     if found.any():
         found &= ~crowded(wrong)
     if not 0 < np.count_nonzero(found) <= most(int(np.count_nonzero(to.edge))):

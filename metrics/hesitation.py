@@ -144,7 +144,7 @@ def _one_sample(found: Explanation, reference: Admissible, scene: Scene) -> tupl
     assert reference.sampled is not None
     low, high, variance = reference.sampled
     least, most = np.minimum(low, found.target.lo), np.maximum(high, found.target.hi)
-    bends = any(any(each.mirror) or any(each.transmission) or each.opacity < 1 for each in scene.materials)
+    bends = any(each.sends_on for each in scene.materials)
     if len(scene.lights) > 1 or bends:
         most = max(1, len(scene.lights)) * (np.full_like(most, BRANCHES * float(most.max())) if bends else most)
         least = np.zeros_like(least)

@@ -23,6 +23,7 @@ from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import TILE, Measured, measure
 from notabug.metrics.nuisance import untold_gain
 from notabug.metrics.predictions import Predictions
+from notabug.metrics.second_look import doubtful, shared_out
 from notabug.metrics.valid import LARGEST, box, finite, invalid
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.camera import shift_message
@@ -86,6 +87,13 @@ def judge(
     known = list(models(scene))
     open_to = admitted(known, declaration)
     found = explain(measured, open_to, predicted, predicted.preview, predicted.closely)
+    doubted = (
+        np.zeros(reference.edge.shape, np.bool_) if found.triggers else doubtful(measured, found, declaration, scene)
+    )
+    if doubted.any():
+        predicted = predicted.finely(doubted)
+        measured = shared_out(measured, predicted(()), doubted)
+        found = explain(measured, open_to, predicted, predicted.preview, predicted.closely)
     findings: tuple[Finding, ...] = ()
     word: Word
     name: Name | None = None

@@ -63,6 +63,7 @@ class Predictions:
         self._still = preview(scene)
         self._looked = np.zeros(reference.edge.shape, np.bool_)  # one array for all copies
         self._also: Bools | None = None
+        self._fine: Bools | None = None
         self._forget()
 
     def _forget(self) -> None:
@@ -79,6 +80,15 @@ class Predictions:
         result._forget()
         result._also = self._looked.copy()
         result._reference = result._beside_centres((), self._reference)
+        return result
+
+    def finely(self, at: Bools) -> Predictions:
+        """The same predictions, at the pixels ``at`` (h, w) as exact as references are."""
+        result = copy(self)
+        result._forget()
+        result._fine = at
+        result._bare = predict_near(self._scene, (), self._bare, self._also, at)
+        result._reference = result._admits(result._bare.envelope, fine=at)
         return result
 
     def __call__(self, chosen: Models) -> Admissible:
@@ -98,7 +108,9 @@ class Predictions:
 
     def _admitted(self, chosen: Models) -> Admissible:
         envelope = self._envelope(chosen)
-        return self._beside_centres(chosen, self._admits(envelope)) if reckonable(envelope) else self._reference
+        if not reckonable(envelope):
+            return self._reference
+        return self._beside_centres(chosen, self._admits(envelope, fine=self._fine))
 
     def _beside_centres(self, chosen: Models, found: Admissible) -> Admissible:
         """``found`` with what rays just beside the centres show of edges that are looked at closely.
@@ -131,7 +143,7 @@ class Predictions:
             unlike = len(set(key) ^ set(other))
             if unlike < base or (unlike == base < len(key) and other[0] == key[0]):  # a fault stands first
                 known, base = each, unlike
-        return predict_near(self._scene, chosen, known, self._also)
+        return predict_near(self._scene, chosen, known, self._also, self._fine)
 
     def _quick(self, chosen: Models) -> Floats:
         picture = preview(self._scene, chosen)

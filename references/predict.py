@@ -37,6 +37,8 @@ SOURCE_HASH = "-".join(
         _native.COMPILER,
     ]
 )
+Bools = npt.NDArray[np.bool_]
+
 CACHE_BYTES = 2 << 30  # the oldest files of a kind go when the cache has grown beyond this
 SWEEPS = ("00", "40", "80", "c0")  # beginnings of the names, one in 64, after which it is looked at
 
@@ -78,22 +80,26 @@ class Near:
     way: str
 
 
-def predict_near(scene: Scene, models: Iterable[Model], known: Near, also: npt.NDArray[np.bool_] | None = None) -> Near:
+def predict_near(
+    scene: Scene, models: Iterable[Model], known: Near, also: Bools | None = None, fine: Bools | None = None
+) -> Near:
     """The envelope of ``scene`` under ``models``, as far as it differs from one that is ``known`` of the scene.
 
     It is what ``predict`` gives at the pixels ``also`` (h, w) and wherever a centre of a pixel nearby shows what
-    differs: see trace_changes. The way of the scene's reference is "".
+    differs, and as exact as references are at the pixels ``fine`` (h, w): see trace_changes. The way of the scene's
+    reference is "".
     """
     configured_scene, options = configured(scene, models)
     way = known.way or _path(*configured(scene, ()), "envelopes").stem
-    if also is not None:
-        way += hashlib.blake2b(also.tobytes(), digest_size=16).hexdigest()
+    for kind, places in (("also", also), ("fine", fine)):
+        if places is not None:
+            way += kind + hashlib.blake2b(places.tobytes(), digest_size=16).hexdigest()
     path = _path(configured_scene, options, "envelopes", way)
     try:
         return Near(_stored(path), path.stem)
     except (OSError, ValueError, EOFError):
         _forget(path)
-    envelope = _stored_form(trace_changes(configured_scene, options, known.envelope, also))
+    envelope = _stored_form(trace_changes(configured_scene, options, known.envelope, also, fine))
     _keep(path, list(envelope.arrays().values()))
     return Near(envelope, path.stem)
 

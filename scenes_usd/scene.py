@@ -69,6 +69,11 @@ class Material:
     ior: float = 1.0
     opacity: float = 1.0
 
+    @property
+    def sends_on(self) -> bool:
+        """Whether rays go on from the surface: it mirrors, or lets light through."""
+        return any(self.mirror) or any(self.transmission) or self.opacity < 1
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:

@@ -46,7 +46,7 @@ def models(scene: Scene) -> Iterator[Model]:
         declared=("hit_error", "sphere_error"),
     )
     # a ray that is reflected or refracted at the wrong side of its own surface may see anything
-    bends = any(any(each.mirror) or any(each.transmission) or each.opacity < 1 for each in scene.materials)
+    bends = any(each.sends_on for each in scene.materials)
     yield Model(
         name="no_epsilon",
         kind="fault",

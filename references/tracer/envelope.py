@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from notabug.references import _native
 from notabug.references.tracer.flatten import Flat, flatten
-from notabug.references.tracer.precision import CORNER, around, asked, bends, steps
+from notabug.references.tracer.precision import CORNER, MOST, around, asked, bends, steps
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.float64]
@@ -231,12 +231,14 @@ def trace_envelope(
     return _footprints(flat, scene, options, centre, everywhere, grid=grid, refine=refine, most=most, threads=threads)
 
 
-def trace_changes(scene: Scene, options: Options, base: Envelope, also: Bools | None = None) -> Envelope:
+def trace_changes(
+    scene: Scene, options: Options, base: Envelope, also: Bools | None = None, fine: Bools | None = None
+) -> Envelope:
     """The envelope of ``scene`` where the centre of a pixel within AROUND differs from that of ``base``; else ``base``.
 
     What is traced is to the last bit what ``trace_envelope`` gives, the rest up to SAME. What a change of a scene does
     only between the centres of pixels, farther than AROUND from any centre that it changes, is seen only at the pixels
-    ``also`` (h, w).
+    ``also`` (h, w). The pixels ``fine`` (h, w) are traced as exactly as references are, and have a bound.
     """
     flat = flatten(scene)
     centre = _Buffers(scene.height, scene.width)
@@ -246,12 +248,19 @@ def trace_changes(scene: Scene, options: Options, base: Envelope, also: Bools | 
     at = _around(changed, AROUND)
     if also is not None:
         at |= also
-    made = _footprints(flat, scene, options, centre, at)
+    found = _joined(base, _footprints(flat, scene, options, centre, at), at)
+    if fine is None:
+        return found
+    return _joined(found, _footprints(flat, scene, options, centre, fine, most=MOST, strict=True), fine)
+
+
+def _joined(base: Envelope, new: Envelope, at: Bools) -> Envelope:
+    """``new`` at the pixels ``at`` (h, w), ``base`` elsewhere."""
     known = base.arrays()
     return Envelope(
         **{
-            name: np.where(at if new.ndim == 2 else at[..., None], new, known[name])
-            for name, new in made.arrays().items()
+            name: np.where(at if values.ndim == 2 else at[..., None], values, known[name])
+            for name, values in new.arrays().items()
         }
     )
 
@@ -279,6 +288,7 @@ def _footprints(
     grid: int = GRID,
     refine: int = REFINE,
     most: int = REFINE * REFINE,
+    strict: bool = False,
     threads: int = 0,
 ) -> Envelope:
     """The envelope of the pixels ``at`` (h, w), whose ``centre``s are traced already; elsewhere it says nothing."""
@@ -287,7 +297,8 @@ def _footprints(
     known = _around(at, 1) if most > refine * refine and not at.all() else at
     _pass(flat, scene, options, np.flatnonzero(known), fine, grid=grid, threads=threads)
     if refine > grid:
-        _refine(flat, scene, options, centre, fine, at, known, grid=grid, refine=refine, most=most, threads=threads)
+        how = {"grid": grid, "refine": refine, "most": most, "threads": threads}
+        _refine(flat, scene, options, centre, fine, at, known, strict=strict, **how)
     return Envelope(
         point=centre.mean,
         mean=fine.mean,
@@ -315,13 +326,14 @@ def _refine(
     grid: int,
     refine: int,
     most: int,
+    strict: bool,
     threads: int,
 ) -> None:
     """Trace those of the pixels ``at`` (h, w) again whose mean in ``fine`` is not exact enough, and tell its bound.
 
     ``fine`` holds ``grid`` x ``grid`` samples of the pixels ``known``. A step towards a neighbour may lie in a pixel,
-    unseen, by half of a row of samples. Where that is an edge of what is seen, verdicts admit as much, and no more
-    samples are taken for it: it is in the bound alone.
+    unseen, by half of a row of samples. Where that is an edge of what is seen, most verdicts admit as much, and unless
+    they are ``strict`` no more samples are taken for it: it is in the bound alone.
     """
     mixed = (fine.mixed > 0) | changes(centre.ids)
     samples = refine * refine
@@ -330,7 +342,7 @@ def _refine(
         _pass(flat, scene, options, pixels, fine, grid=-lattice(samples), samples=samples, threads=threads)
         fine.error[:] = 0.0
         return
-    edge = _around(mixed, 1)
+    edge = fine.mixed > 0 if strict else _around(mixed, 1)
     step, span = steps(fine.lo, fine.hi, known, grid), around(fine.lo, fine.hi)
     unseen = np.where(edge[..., None], span, step)
     peak = float(centre.mean.max(initial=0.0))
