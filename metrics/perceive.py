@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from notabug.metrics.valid import LARGEST
+
 Floats = npt.NDArray[np.floating]
 
 WHITE = 100.0  # cd/m^2 shown for the value 1.0
@@ -62,7 +64,7 @@ def delta_itp(reference: Floats, test: Floats) -> Floats:
 
 def ictcp(colours: Floats) -> npt.NDArray[np.float64]:
     """ICtCp (n, 3) of linear Rec. 709 colours (n, 3), by the perceptual quantiser of SMPTE ST 2084; ITU-R BT.2100."""
-    wide = np.maximum(np.asarray(colours, np.float64) @ _TO_2020.T, 0.0) * WHITE
+    wide = np.clip(np.asarray(colours, np.float64) @ _TO_2020.T, 0.0, LARGEST) * WHITE  # of inf / inf nothing is known
     power = (wide @ _TO_LMS.T / _PEAK) ** _M1
     return np.asarray(((_C1 + _C2 * power) / (1.0 + _C3 * power)) ** _M2 @ _TO_ICTCP.T)
 

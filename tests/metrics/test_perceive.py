@@ -70,6 +70,11 @@ def test_delta_itp_is_a_distance(a: Floats, b: Floats, c: Floats) -> None:
     assert (delta_itp(a, c) <= delta_itp(a, b) + delta_itp(b, c) + 1e-9).all()
 
 
+def test_what_is_infinite_is_as_bright_as_what_nearly_is() -> None:
+    one, most = np.ones((1, 3)), np.full((1, 3), 1e15)
+    assert delta_itp(one, np.full((1, 3), np.inf)) == pytest.approx(delta_itp(one, most))
+
+
 def test_jnd_is_the_95th_percentile_over_the_mask() -> None:
     black, grey = np.zeros((10, 10, 3)), np.zeros((10, 10, 3))
     grey[0, :] = np.linspace(0.1, 1.0, 10)[:, None]

@@ -156,7 +156,8 @@ def written(picture: Floats, condition: Condition) -> npt.NDArray[np.float32]:
 
         return decode_srgb(eight_bit(picture))
     if condition.encoding == "half":
-        return picture.astype(np.float16).astype(np.float32)
+        with np.errstate(over="ignore"):  # what half cannot hold is infinite in the file, too
+            return picture.astype(np.float16).astype(np.float32)
     return picture.astype(np.float32)
 
 
