@@ -19,7 +19,7 @@ from notabug.scenes_usd.scene import Material, Mesh, Scene
 Edit = Callable[[Scene], Scene]
 UNSAID = "unknown"
 """What a declaration says of a feature that it says nothing of."""
-OF_SHADOWS = frozenset({"shadows", "acne", "start", "shadow_rays", "transparent_shadows"})
+OF_SHADOWS = frozenset({"shadows", "acne", "start", "shadow_rays", "transparent_shadows", "shadow_map"})
 """Switches that change nothing, or cannot be meant, where a renderer has no shadows."""
 
 
@@ -55,6 +55,7 @@ class Model:
     edits : edits of further values that bound what the rule ``hull`` admits, besides ``edit``.
     sure : switches under which it acts only where nothing but chance decides. A picture that shows next to nothing of
         that does not show it; beyond, where a resolution is but a bound, it may be as rare as it likes.
+    chance : whether under ``set`` chance decides, so that one value nearly everywhere is not it.
     grain : what it admits under ``set`` or ``any`` changes from pixel to pixel: dots, not blots.
     declared : options that are taken from an adapter's declaration, where it states them: from the field of the same
         name, or ``option=field``.
@@ -86,6 +87,7 @@ class Model:
     also: tuple[tuple[str, str], ...] = ()
     strict: bool = False
     sure: Mapping[str, Any] | None = None
+    chance: bool = True
     grain: bool = False
     declared: tuple[str, ...] = ()
     drawn: Mapping[str, Any] | None = None
