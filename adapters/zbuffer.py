@@ -114,8 +114,9 @@ class ZBuffer:
         found = said.pop() if len(said) == 1 else None
         if found is None:
             raise UnsupportedError(
-                f"the lights of scene {scene.id!r} do not all say the same of their shadow maps",
+                f"scene {scene.id!r} needs shadow_map",
                 where=f"adapter {self.name!r}",
+                expected="the same numbers of a shadow map on every light",
                 do="author notabug:shadowMap:resolution, :bias and :normalBias on each light",
             )
         return found

@@ -118,7 +118,10 @@ class Model:
         return tuple(f"{name}={value}" for name, value in self.conditions if declaration.says(name) == UNSAID)
 
     def under(self, declaration: Declared) -> Model:
-        """This model with what ``declaration`` states: its numbers, and that there are no shadows."""
+        """This model with what ``declaration`` states: its numbers, and that there are shadows or none.
+
+        A value that a sample may take without shadows is none of a renderer that casts them.
+        """
         stated: dict[str, Any] = {}
         for each in self.declared:
             option, _, name = each.partition("=")
@@ -126,9 +129,11 @@ class Model:
                 stated[option] = getattr(declaration, name or option)
         if declaration.says("shadows") == "none" and self.kind != "fault":
             stated["shadows"] = "none"
-        if not stated:
-            return self
         others = tuple({**each, **stated} for each in self.others)
+        if declaration.says("shadows") == "cast" and self.kind != "fault":
+            others = tuple({key: x for key, x in each.items() if (key, x) != ("shadows", "none")} for each in others)
+        if others == self.others and not stated:
+            return self
         return replace(self, options={**self.options, **stated}, others=others)
 
     def as_drawn(self) -> Model:

@@ -136,8 +136,10 @@ struct MappedPoint {
             case ShadowMap::detached:
                 return !blocked({0, 0, 0}, bias + slack, infinity<T>, false);
             case ShadowMap::lit_edge:
-                return any_column(
-                    [&](const Vec3<T>& beside) { return !blocked(beside, bias + slack, infinity<T>, false); });
+                return blocked({0, 0, 0}, bias + slack, infinity<T>, false) &&
+                       any_column([&](const Vec3<T>& beside) {
+                           return !blocked(beside, bias + slack, infinity<T>, false);
+                       });
             default:
                 return false;
         }

@@ -22,7 +22,7 @@ def files() -> dict[str, bytes]:
     floor = [(-2.5, 0.0, 2.5), (2.5, 0.0, 2.5), (2.5, 0.0, -2.5), (-2.5, 0.0, -2.5)]
     parts = [
         camera((3.6, 3.6, 3.4), looking((-3.5, -3.3, -3.5)), 0.34, (0.1, 100.0)),
-        point_light((-1.7, 2.3, -0.4), 160.0),
+        point_light((-1.7, 2.3, -0.4), 80.0),
         materials(
             lambert("Grey", (0.62, 0.62, 0.6)), lambert("Green", (0.35, 0.6, 0.35)), lambert("Amber", (0.8, 0.5, 0.1))
         ),
@@ -31,5 +31,5 @@ def files() -> dict[str, bytes]:
         mesh("Roof", *box((-0.2, 1.0, -1.2), (0.6, 1.02, -0.1)), material="Amber"),
         *map_sets(("0", ".03", ".2"), ("0", ".05")),
     ]
-    data = stage(CARD, parts, requires=("point_light", "shadows"), metadata=defaults(".03", "0"), size=SIZE)
+    data = stage(CARD, parts, requires=("point_light", "shadows"), metadata=defaults(".2", "0"), size=SIZE)
     return {"shadow_map/thin_wall.usda": data}
