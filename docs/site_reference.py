@@ -239,8 +239,8 @@ def classes() -> str:
     parts = [
         "# The classes",
         "",
-        "The seven of Woo, Pearce and Ouellette, *It's Really Not a Rendering Bug, You See...* (1996), shadow maps, and",
-        "the card that each renderer draws first.",
+        "The seven of Woo, Pearce and Ouellette, *It's Really Not a Rendering Bug, You See...* (1996), shadow maps,",
+        "and the card that each renderer draws first.",
         "",
     ]
     for kind in taxonomy():

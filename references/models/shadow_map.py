@@ -1,9 +1,9 @@
 """Shadow maps: what a map of few texels, compared with a bias, does in the place of shadow rays.
 
-A shadow map (Williams 1978) holds the depth of what a light sees first in the middle of each texel. Where no bias keeps a
-surface from being compared with itself there are stripes of acne; with a bias a shadow comes off what throws it; and at
-its edge the texels show as steps. All three follow from the width of a texel, the slope of the surface and the bias, and
-so does where they can be: nothing else of a picture may change.
+A shadow map (Williams 1978) holds the depth of what a light sees first in the middle of each texel. Where no bias keeps
+a surface from being compared with itself there are stripes of acne; with a bias a shadow comes off what throws it; and
+at its edge the texels show as steps. All three follow from the width of a texel, the slope of the surface and the bias,
+and so does where they can be: nothing else of a picture may change.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from notabug.references.models.acne import MASKS, lost_lights
+from notabug.references.models.acne import lost_lights
 from notabug.references.models.model import Model, in_strengths
 from notabug.scenes_usd.framing import bounds_of
 from notabug.scenes_usd.scene import Scene

@@ -10,7 +10,7 @@ CARD = {
     "class": "shadow_map",
     "claim": (
         "A shadow map compares depths in texels: without a bias the floor is striped by its own shadow, with a large "
-        "one the plate's shadow starts beside the plate, and at any bias the shadow's edge has the steps of the texels. "
+        "one the plate's shadow starts beside the plate, and at any bias a shadow's edge has the steps of the texels. "
         "Shadow rays show none of it, at every resolution and every bias."
     ),
     "cites": CITES,

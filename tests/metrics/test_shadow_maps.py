@@ -1,4 +1,4 @@
-"""Verdicts on shadow maps: what a map of that resolution and bias must do is a limitation, and everything else a bug."""
+"""Verdicts on shadow maps: what a map of that resolution and bias must do is a limitation, all else a bug."""
 
 from __future__ import annotations
 
@@ -62,9 +62,7 @@ def test_a_fine_map_with_a_fit_bias_shows_nothing(studio: Any) -> None:
 
 def test_in_means_over_samples_too(studio: Any) -> None:
     scene = small(studio, SLOPES, ShadowMap(128, 0.02), 48)
-    word, names = found(
-        studio.verdict([picture_of(studio, scene, SAMPLED)], scene, SHADOWED.declaration(SAMPLED))
-    )
+    word, names = found(studio.verdict([picture_of(studio, scene, SAMPLED)], scene, SHADOWED.declaration(SAMPLED)))
     assert word == "limitation"
     assert "shadow_map_acne" in names <= NAMES
 
@@ -181,7 +179,9 @@ def test_what_a_map_cannot_do_is_a_bug_beside_its_stripes(studio: Any, change: s
         tampered[50:53, 12:15] = 0.0  # of the level ramp's front, under nothing
     else:
         rows, columns = np.nonzero(dark)
-        inside = [at for at in zip(rows, columns, strict=True) if dark[at[0] - 2 : at[0] + 3, at[1] - 2 : at[1] + 3].all()]
+        inside = [
+            at for at in zip(rows, columns, strict=True) if dark[at[0] - 2 : at[0] + 3, at[1] - 2 : at[1] + 3].all()
+        ]
         tampered[inside[0]] = lit[inside[0]]
         tampered[inside[-1]] = lit[inside[-1]]
     assert not np.array_equal(tampered, picture_of(studio, scene))

@@ -1,4 +1,4 @@
-"""Models of shadow maps: where each can act, against closed forms and against every pixel that a rasteriser gets wrong."""
+"""Models of shadow maps: where each can act, against closed forms and each pixel that a rasteriser gets wrong."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def tilted(make: Any, degrees: float, said: ShadowMap) -> Scene:
 @pytest.mark.parametrize("degrees", [20.0, 45.0, 70.0])
 @pytest.mark.parametrize("texels", ["nearest", "linear"])
 def test_acne_ends_where_the_bias_clears_the_slope(make: Any, degrees: float, texels: str) -> None:
-    """A floor's depth changes by the tangent times half a texel's diagonal: with a bias below it stripes may be there."""
+    """A floor's depth changes by the tangent times half a texel's diagonal: below that there may be stripes."""
     texel = settings(tilted(make, degrees, ShadowMap(100))).texel
     clears = REACH[texels] * texel * math.tan(math.radians(degrees))
     for share, striped in ((0.9, True), (1.1, False)):
@@ -110,7 +110,7 @@ def test_a_normal_bias_clears_as_much_as_its_height_over_the_cosine(make: Any) -
 
 @pytest.mark.parametrize("kind", ["distant", "point"])
 def test_a_shadow_comes_off_what_is_nearer_than_the_bias(make: Any, kind: str) -> None:
-    """A card a tenth above the floor, lit from above: its shadow may be lost by a larger bias, and by no smaller one."""
+    """A card a tenth above the floor, lit from above: a larger bias may lose its shadow, and no smaller one."""
     for bias, lost in ((0.09, False), (0.115, True)):
         light = make.distant((0, 0, -1)) if kind == "distant" else make.point((0, 0, 30), 900.0)
         light = replace(light, shadow_map=ShadowMap(2048, bias))
