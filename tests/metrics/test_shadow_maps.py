@@ -60,6 +60,13 @@ def test_a_fine_map_with_a_fit_bias_shows_nothing(studio: Any) -> None:
     assert found(studio.verdict([picture_of(studio, scene)], scene, SHADOWED.declaration(CENTRES))) == ("pass", set())
 
 
+def test_no_light_at_all_is_no_stripes(studio: Any) -> None:
+    """Without a bias stripes may be anywhere, but half of the surface is lit between them."""
+    scene = small(studio, BOX, ShadowMap(256, 0.0))
+    black = np.zeros_like(picture_of(studio, scene))
+    assert studio.verdict([black], scene, SHADOWED.declaration(CENTRES)).word == "bug"
+
+
 def test_in_means_over_samples_too(studio: Any) -> None:
     scene = small(studio, SLOPES, ShadowMap(128, 0.02), 48)
     word, names = found(studio.verdict([picture_of(studio, scene, SAMPLED)], scene, SHADOWED.declaration(SAMPLED)))
