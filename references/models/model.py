@@ -55,7 +55,8 @@ class Model:
     edits : edits of further values that bound what the rule ``hull`` admits, besides ``edit``.
     sure : switches under which it acts only where nothing but chance decides. A picture that shows next to nothing of
         that does not show it; beyond, where a resolution is but a bound, it may be as rare as it likes.
-    chance : whether under ``set`` chance decides, so that one value nearly everywhere is not it.
+    mixes : how under ``set`` values mix: by ``chance``, so that one value nearly everywhere is not it; in ``stripes``,
+        half of which are not its own; or as they ``may``.
     grain : what it admits under ``set`` or ``any`` changes from pixel to pixel: dots, not blots.
     declared : options that are taken from an adapter's declaration, where it states them: from the field of the same
         name, or ``option=field``.
@@ -87,7 +88,7 @@ class Model:
     also: tuple[tuple[str, str], ...] = ()
     strict: bool = False
     sure: Mapping[str, Any] | None = None
-    chance: bool = True
+    mixes: Literal["chance", "stripes", "may"] = "chance"
     grain: bool = False
     declared: tuple[str, ...] = ()
     drawn: Mapping[str, Any] | None = None

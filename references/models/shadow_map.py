@@ -113,7 +113,7 @@ def _limitations(said: Settings, lights: int, texels: str, reach: float) -> Iter
             others=tuple(values[1:]),
             also=(OF_A_MAP, ("shadow_filter", texels)),
             strict=True,
-            chance=name == "shadow_map_acne",  # else a surface without any light would be one of many stripes
+            mixes="stripes" if name == "shadow_map_acne" else "may",
             declared=(*STATED, "map_width=shadow_width"),
         )
 
