@@ -29,8 +29,8 @@ MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this
 MEAN_FOUGHT, MOST_BETWEEN = 0.05, 0.9
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
 # Beside a point's texel a surface is nearer to the light as often as it is farther, so a shadow map that holds it
-# against itself darkens no more than half. Stripes are some pixels wide and long: means over n pixels scatter as if there
-# were n / 64.
+# against itself darkens no more than half. Stripes are some pixels wide and long: means over n pixels scatter as if
+# there were n / 64.
 MOST_STRIPED = 0.5
 STRIPED_SCATTER = 8.0  # over the root of the number of pixels: two standard deviations of such a mean
 LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
