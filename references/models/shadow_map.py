@@ -107,7 +107,7 @@ def _limitations(said: Settings, lights: int, texels: str, reach: float) -> Iter
             name=name,
             kind="limitation",
             rule="set" if texels == "nearest" else "hull",
-            claim=claim,
+            claim=claim if texels == "nearest" else f"{claim}; texels are weighed",
             cites=cites,
             options=values[0],
             others=tuple(values[1:]),
