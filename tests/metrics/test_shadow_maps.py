@@ -208,8 +208,8 @@ def test_what_a_map_cannot_do_is_a_bug_beside_its_stripes(studio: Any, change: s
         inside = [
             at for at in zip(rows, columns, strict=True) if dark[at[0] - 2 : at[0] + 3, at[1] - 2 : at[1] + 3].all()
         ]
-        tampered[inside[0]] = lit[inside[0]]
-        tampered[inside[-1]] = lit[inside[-1]]
+        y, x = inside[0]
+        tampered[y - 1 : y + 1, x - 1 : x + 1] = lit[y - 1 : y + 1, x - 1 : x + 1]
     assert not np.array_equal(tampered, picture_of(studio, scene))
     assert studio.verdict([tampered], scene, SHADOWED.declaration(CENTRES)).word == "bug"
 
