@@ -69,7 +69,7 @@ def settings(scene: Scene) -> Settings:
     low, high = bounds_of(scene.objects)
     return Settings(
         min((each.resolution for each in found), default=COARSEST),
-        max(float(np.linalg.norm(high - low)), np.finfo(np.float32).tiny),
+        max(float(np.linalg.norm(high - low)), float(np.finfo(np.float32).tiny)),
         biases.pop() if len(biases) == 1 else None,
         normals.pop() if len(normals) == 1 else None,
     )
