@@ -187,7 +187,7 @@ def striped(
     """What ``explained`` admits, if it is stripes: about half of what they may act on lies between them."""
     found = explained(measured, base, *values)
     _, alpha, within, _ = found
-    most = MOST_STRIPED + STRIPED_SCATTER / float(np.sqrt(max(1, np.count_nonzero(within))))
+    most = MOST_STRIPED + STRIPED_SCATTER / float(np.sqrt(max(1.0, float(within.sum()))))
     return _nothing(base) if within.any() and float(alpha[within].mean()) > most else found
 
 
