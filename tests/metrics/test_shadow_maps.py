@@ -80,7 +80,9 @@ def test_nobody_who_declares_rays_or_nothing_is_excused(studio: Any) -> None:
     scene = small(studio, BOX, ShadowMap(256, 0.0))
     declared = SHADOWED.declaration(CENTRES)
     for said in ("rays", "unknown"):
-        verdict = studio.verdict([picture_of(studio, scene)], scene, replace(declared, shadow_algorithm=said))
+        verdict = studio.verdict(
+            [picture_of(studio, scene)], scene, replace(declared, shadow_algorithm=said), naming=False
+        )
         assert verdict.word == "bug"
 
 
@@ -196,7 +198,7 @@ def test_what_a_map_cannot_do_is_a_bug_beside_its_stripes(studio: Any, change: s
         y, x = inside[0]
         tampered[y - 1 : y + 1, x - 1 : x + 1] = lit[y - 1 : y + 1, x - 1 : x + 1]
     assert not np.array_equal(tampered, picture_of(studio, scene))
-    assert studio.verdict([tampered], scene, SHADOWED.declaration(CENTRES)).word == "bug"
+    assert studio.verdict([tampered], scene, SHADOWED.declaration(CENTRES), naming=False).word == "bug"
 
 
 def test_texels_that_are_weighed_admit_what_lies_between(studio: Any) -> None:
@@ -205,7 +207,7 @@ def test_texels_that_are_weighed_admit_what_lies_between(studio: Any) -> None:
     four = [lookup(studio, scene, across_and_up(right, up)) for right in (-0.5, 0.5) for up in (-0.5, 0.5)]
     picture = np.mean(four, axis=0)
     declared = SHADOWED.declaration(CENTRES)
-    assert studio.verdict([picture], scene, declared).word == "bug"
+    assert studio.verdict([picture], scene, declared, naming=False).word == "bug"
     word, names = found(studio.verdict([picture], scene, replace(declared, shadow_filter="linear")))
     assert word == "limitation"
     assert names <= NAMES
