@@ -141,6 +141,8 @@ class Declaration:
     def __post_init__(self) -> None:
         if self.hit_error < 0:
             object.__setattr__(self, "hit_error", C * ROUNDOFF[self.precision])
+        if self.shadow_resolution == 0:  # a map without texels is none that anybody could mean
+            object.__setattr__(self, "shadow_resolution", -1)
 
     @property
     def resolves(self) -> str:

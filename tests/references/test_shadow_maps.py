@@ -161,4 +161,6 @@ def test_what_is_said_of_maps() -> None:
     under = acne.under(declared.declaration(Quality()))
     assert [under.options[each] for each in ("map_cells", "map_bias", "map_normal_bias")] == [77, 0.5, 0.25]
     assert acne.open_to(declared.declaration(Quality()))
+    empty = replace(declared.declaration(Quality()), shadow_resolution=0)
+    assert acne.under(empty).options["map_cells"] == 256  # no texels: as if nothing were said
     assert not acne.open_to(ZBuffer().declaration(Quality()))
