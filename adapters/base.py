@@ -78,6 +78,14 @@ class Declaration:
     highlight : highlights are cut off and weighted as the material has it, always times N.L, or not cut off.
     shadows : whether objects ``cast`` shadows; ``none`` for a renderer that shoots no shadow rays and has no shadow
         maps. Where that is ``unknown`` they do, but a normal that was turned may be lit without asking.
+    shadow_algorithm : whether shadows are cast by ``rays`` or looked up in shadow maps (``map``).
+    shadow_resolution : texels along a shadow map's edge; -1: as the scene's lights say, else unknown.
+    shadow_width : what a distant light's map is wide, in the scene's unit; -1: no more than the diagonal of the
+        scene's bounds. A point light's map has six faces of a right angle each.
+    shadow_bias, shadow_normal_bias : by how much what a map holds must be nearer to the light than a point that it
+        shadows, and by how much the point is moved along its normal before, both in the scene's unit; -1: as the
+        scene's lights say, else unknown.
+    shadow_filter : a point is in shadow or not by its ``nearest`` texel, or in part by those around it (``linear``).
     bounces : how many mirror and refracted rays it follows one after the other, 0 to 8; -1: unknown. 8 is the contract.
     bounces_count : what counts as a bounce: mirror and refracted rays (``reflections``), or straight passages through
         opacity as well (``passages``).
@@ -113,6 +121,12 @@ class Declaration:
     gouraud_shadows: Literal["corners", "pixels", "none", "unknown"] = "unknown"
     gouraud_meshes: Literal["smooth", "all", "unknown"] = "smooth"
     shadows: Literal["cast", "none", "unknown"] = "cast"
+    shadow_algorithm: Literal["rays", "map", "unknown"] = "rays"
+    shadow_resolution: int = -1
+    shadow_width: float = -1.0
+    shadow_bias: float = -1.0
+    shadow_normal_bias: float = -1.0
+    shadow_filter: Literal["nearest", "linear"] = "nearest"
     bounces: int = 8
     bounces_count: Literal["reflections", "passages", "unknown"] = "unknown"
     crossings: Literal["each", "once", "unknown"] = "unknown"
@@ -127,6 +141,8 @@ class Declaration:
     def __post_init__(self) -> None:
         if self.hit_error < 0:
             object.__setattr__(self, "hit_error", C * ROUNDOFF[self.precision])
+        if self.shadow_resolution == 0:  # a map without texels is none that anybody could mean
+            object.__setattr__(self, "shadow_resolution", -1)
 
     @property
     def resolves(self) -> str:

@@ -44,7 +44,19 @@ _OF_A_PICTURE = {
     if get_origin(hint) is Literal and "unknown" in get_args(hint) and name != "filter"
 } | {"bounces": -1}
 SMALLEST_WHITE = 1e-6  # radiance: below it no picture of the corpus shows anything
-_MOST = {"bounces": 8, "samples": 1 << 20, "radius": 16.0, "hit_error": 1.0, "epsilon": 1e9}
+_MOST = {
+    "bounces": 8,
+    "samples": 1 << 20,
+    "radius": 16.0,
+    "hit_error": 1.0,
+    "epsilon": 1e9,
+    "shadow_resolution": 1 << 16,
+    "shadow_width": 1e12,
+    "shadow_bias": 1e9,
+    "shadow_normal_bias": 1e9,
+}
+_UNKNOWN = frozenset({"bounces", "hit_error", "epsilon", *(name for name in _MOST if name.startswith("shadow_"))})
+"""Numbers of which -1 says that they are unknown."""
 
 
 def declaration(table: Table, *, ngon_split: str) -> Declaration:
@@ -87,7 +99,7 @@ def bounds(name: str) -> tuple[float, float]:
     """The least and the largest value of ``name``, a key whose value is a number."""
     if name in OF_NUMBERS:
         return (0.0, 1.0) if name == "quantum" else (SMALLEST_WHITE, math.inf)
-    return (-1.0 if name in ("bounces", "hit_error", "epsilon") else 0.0, _MOST[name])
+    return (-1.0 if name in _UNKNOWN else 0.0, _MOST[name])
 
 
 def unknown() -> dict[str, Any]:
@@ -132,7 +144,7 @@ def declarations() -> list[dict[str, str]]:
     meaning = _meanings()
     rows = []
     for name, hint in _HINTS.items():
-        least = "-1 (unknown)" if name in ("bounces", "hit_error", "epsilon") else "0"
+        least = "-1 (unknown)" if name in _UNKNOWN else "0"
         values = (
             " ".join(each or '""' for each in get_args(hint))
             if get_origin(hint) is Literal

@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from notabug.adapters.base import Declaration, Found, Quality, Render
+from notabug.adapters.base import Declaration, Found, Quality, Render, UnsupportedError
 from notabug.adapters.job_folder import picture_path
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
 from notabug.scenes_usd.picture import write_exr
-from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.scene import Scene, ShadowMap
 
 CAPABILITIES = frozenset(
     {"mesh", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
@@ -32,8 +32,9 @@ class ZBuffer:
     ----------
     precision : float32, as all hardware has it. In float64 coplanar surfaces do not fight: depths are stored with fewer
         bits than they are computed with, so the errors round away.
-    depth, normals, affine, shadow_map, shadow_bias : as in ``RasterOptions``. With a shadow map scenes with shadows
-        are drawn too; without one they are unsupported.
+    depth, normals, affine, shadow_map, shadow_bias, shadow_normal_bias : as in ``RasterOptions``. With a shadow map
+        scenes with shadows are drawn too; without one they are unsupported.
+    as_lit : shadow maps are as the scene's lights say, and scenes whose lights do not say it are unsupported.
     """
 
     name: str = "zbuffer"
@@ -43,22 +44,38 @@ class ZBuffer:
     affine: bool = False
     shadow_map: int = 0
     shadow_bias: float = 0.0
+    shadow_normal_bias: float = 0.0
+    as_lit: bool = False
     install: str = "part of notabug"
 
     @property
     def capabilities(self) -> frozenset[str]:
         drawn = CAPABILITIES | {"orthographic"}
-        return drawn | {"shadows"} if self.shadow_map else drawn
+        return drawn | {"shadows"} if self._mapped else drawn
+
+    @property
+    def _mapped(self) -> bool:
+        return bool(self.shadow_map) or self.as_lit
 
     def declaration(self, quality: Quality) -> Declaration:
-        return replace(
+        drawn = replace(
             rasterised(quality),
             precision=self.precision,
             depth=self.depth,
             interpolation=self.normals,
-            gouraud_shadows="unknown" if self.shadow_map else "corners",  # with the light; there are none
+            gouraud_shadows="unknown" if self._mapped else "corners",  # with the light; there are none
             coordinates=self.precision,
-            shadows="cast" if self.shadow_map else "none",
+        )
+        if not self._mapped:
+            return drawn
+        drawn = replace(drawn, shadows="cast", shadow_algorithm="map", opacity_shadow="opaque")
+        if self.as_lit:
+            return drawn
+        return replace(
+            drawn,
+            shadow_resolution=self.shadow_map,
+            shadow_bias=self.shadow_bias,
+            shadow_normal_bias=self.shadow_normal_bias,
         )
 
     def find(self) -> Found:
@@ -70,12 +87,14 @@ class ZBuffer:
         from notabug.references.raster.picture import RasterOptions, raster_picture
 
         check_supported(self, scene)
+        shadows = self._shadows(scene)
         options = RasterOptions(
             depth=self.depth,
             normals=self.normals,
             affine=self.affine,
-            shadow_map=self.shadow_map,
-            shadow_bias=self.shadow_bias,
+            shadow_map=shadows.resolution,
+            shadow_bias=shadows.bias,
+            shadow_normal_bias=shadows.normal_bias,
         )
         samples = grid(quality) ** 2
         start = time.perf_counter()
@@ -84,6 +103,23 @@ class ZBuffer:
         image = picture_path(out, self.name, seed)
         write_exr(image, pixels)
         return (Render(image, seed, samples, time.perf_counter() - start),)
+
+    def _shadows(self, scene: Scene) -> ShadowMap:
+        """How the maps of ``scene`` are made; a resolution of 0: there are none."""
+        if not self.as_lit:
+            return ShadowMap(self.shadow_map, self.shadow_bias, self.shadow_normal_bias)
+        said = {each.shadow_map for each in scene.lights}
+        if said == {None} and scene.card.artifact_class == "calibration":
+            return ShadowMap(0)  # nothing on a card casts a shadow
+        found = said.pop() if len(said) == 1 else None
+        if found is None:
+            raise UnsupportedError(
+                f"scene {scene.id!r} needs shadow_map",
+                where=f"adapter {self.name!r}",
+                expected="the same numbers of a shadow map on every light",
+                do="author notabug:shadowMap:resolution, :bias and :normalBias on each light",
+            )
+        return found
 
 
 def grid(quality: Quality) -> int:
@@ -115,3 +151,4 @@ def rasterised(quality: Quality) -> Declaration:
 
 
 register(ZBuffer())
+register(ZBuffer(name="shadowmap", as_lit=True))

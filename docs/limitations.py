@@ -11,7 +11,7 @@ from notabug.listing import list_models
 from notabug.record import load
 from notabug.words import number, readable
 
-OURS = ("inhouse", "zbuffer")
+OURS = ("inhouse", "shadowmap", "zbuffer")
 
 # Which renderer could show a limitation that none here does, and why none does.
 ELSEWHERE = {
@@ -30,6 +30,9 @@ ELSEWHERE = {
     "unshadowed": "OpenGL draws no shadows; its adapter refuses scenes where some fall",
     "crossed_once": "POV-Ray and Mitsuba, on transparent sheets in one place",
     "float32_coordinates": "every renderer, in scenes that lie far from the origin",
+    "shadow_map_acne": "three.js and Panda3D without a bias; no renderer here is asked for shadow maps",
+    "shadow_map_steps": "every renderer with shadow maps, three.js, pygfx and Filament among them; as above",
+    "shadow_map_detached": "three.js with the bias that its manual advises; as above",
     "flat_interpolation": "VTK draws flat facets when asked to; here normals are exported to every renderer",
 }
 

@@ -232,15 +232,15 @@ def _text(node: ast.expr) -> str:
 
 
 def classes() -> str:
-    """The seven classes: what is seen, why it is no bug, when it is one, and the scenes with what each claims."""
+    """The classes: what is seen, why it is no bug, when it is one, and the scenes with what each claims."""
     claims: dict[str, list[tuple[object, ...]]] = {}
     for row in list_scenes():
         claims.setdefault(row["id"].split("/")[0], []).append((f"`{row['id']}`", row["claim"]))
     parts = [
         "# The classes",
         "",
-        "Woo, Pearce and Ouellette, *It's Really Not a Rendering Bug, You See...* (1996), and the",
-        "card that each renderer draws first.",
+        "The seven of Woo, Pearce and Ouellette, *It's Really Not a Rendering Bug, You See...* (1996), shadow maps,",
+        "and the card that each renderer draws first.",
         "",
     ]
     for kind in taxonomy():

@@ -33,6 +33,7 @@ from notabug.metrics.rules import (
     fought,
     grained,
     mixed_only,
+    striped,
     support,
     widespread,
 )
@@ -107,7 +108,9 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
                 values += [first] if first is not predict(chosen) else []
                 another = predict((*chosen, replace(each, options=each.sure, others=())))
                 explained = partial(fought, explained, first, another)
-            elif each.kind == "limitation" and each.rule == "set":
+            elif each.kind == "limitation" and each.mixes == "stripes":
+                explained = partial(striped, explained)
+            elif each.kind == "limitation" and each.rule == "set" and each.mixes == "chance":
                 explained = partial(mixed_only, explained, 0.0 if each.grain else MEAN_ALPHA)
             if each.grain:
                 explained = partial(grained, explained, each.rule == "set")

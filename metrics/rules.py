@@ -28,6 +28,11 @@ MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this
 # the order of its triangles Mitsuba shows another one than the nearest in a tenth of a pixel's samples.
 MEAN_FOUGHT, MOST_BETWEEN = 0.05, 0.9
 LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
+# Beside a point's texel a surface is nearer to the light as often as it is farther, so a shadow map that holds it
+# against itself darkens no more than half. Stripes are some pixels wide and long: means over n pixels scatter as if
+# there were n / 64.
+MOST_STRIPED = 0.5
+STRIPED_SCATTER = 8.0  # over the root of the number of pixels: two standard deviations of such a mean
 LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
 # Nor is one that scatters dots: without an epsilon chance decides at each hit, so half of all samples are wrong.
 LEAST_DOTTED = 0.3
@@ -174,6 +179,16 @@ def mixed_only(
     if not mixed or (off.any() and float(alpha[off].mean()) < least):
         return _nothing(base)
     return found
+
+
+def striped(
+    explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible
+) -> Explained:
+    """What ``explained`` admits, if it is stripes: about half of what they may act on lies between them."""
+    found = explained(measured, base, *values)
+    _, alpha, within, _ = found
+    most = MOST_STRIPED + STRIPED_SCATTER / float(np.sqrt(max(1.0, float(within.sum()))))
+    return _nothing(base) if within.any() and float(alpha[within].mean()) > most else found
 
 
 def fought(

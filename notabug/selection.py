@@ -132,6 +132,7 @@ QUICK = (
     "mirror/corner",
     "visibility/coincident_planes",
     "texture/uneven_quad",
+    "shadow_map/box",
 )
 """The scene of each class that shows its artifact best and is drawn soon."""
 

@@ -8,7 +8,17 @@ from typing import Any
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.scene import Card
 
-CLASSES = ("acne", "terminator", "phong", "separation", "mirror", "visibility", "texture", "calibration")
+CLASSES = (
+    "acne",
+    "terminator",
+    "phong",
+    "separation",
+    "mirror",
+    "visibility",
+    "texture",
+    "shadow_map",
+    "calibration",
+)
 
 OWN = "own"  # the class of a scene that is not the corpus's
 OWN_CARD = Card(OWN, "the scene looks as its file says")

@@ -26,7 +26,7 @@ from notabug.scenes_usd.reader_values import (
     world_matrix,
 )
 from notabug.scenes_usd.reading import going_on, note, recovered, refuse
-from notabug.scenes_usd.scene import Floats, Light, Object
+from notabug.scenes_usd.scene import Floats, Light, Object, ShadowMap
 
 _PLAIN = (  # attribute, its type, the only value the contract can say, where the schema's own fallback may differ
     ("inputs:diffuse", "float", 1.0),
@@ -38,6 +38,8 @@ _PLAIN = (  # attribute, its type, the only value the contract can say, where th
 )
 PENUMBRA = 0.1  # pixels: a narrower penumbra cannot be told from an edge
 SHADED = 1e-3  # of the full irradiance: so far may a point in the light's place be off beside the terminator
+_MAP = "notabug:shadowMap:"
+FINEST_MAP = 16384.0  # texels along an edge: what graphics hardware has
 _HORIZON = 2.0 / (3.0 * math.pi)  # irradiance of the half of a small disk that is above the horizon, over pi s^2, per s
 _BRIGHTEST = 1e30  # pictures are float32
 _LINKS = (
@@ -72,7 +74,9 @@ def read_point(prim: Usd.Prim) -> Light:
             )
         factor = math.pi * radius * radius
     x, y, z = matrix[3, :3].tolist()
-    return Light(str(prim.GetPath()), "point", _times(emitted, factor), position=(x, y, z))
+    return Light(
+        str(prim.GetPath()), "point", _times(emitted, factor), position=(x, y, z), shadow_map=read_shadow_map(prim)
+    )
 
 
 def _normalised(prim: Usd.Prim, matrix: Floats, radius: float) -> tuple[Opinion, ...]:
@@ -133,7 +137,16 @@ def read_distant(prim: Usd.Prim) -> Light:
     axis = -recovered(lambda: world_matrix(prim), np.eye(4))[2, :3]
     x, y, z = (axis / np.linalg.norm(axis) + 0.0).tolist()
     emitted = _times(recovered(lambda: _emitted(prim), (1.0, 1.0, 1.0)), _cone(prim))
-    return Light(str(prim.GetPath()), "distant", emitted, direction=(x, y, z))
+    return Light(str(prim.GetPath()), "distant", emitted, direction=(x, y, z), shadow_map=read_shadow_map(prim))
+
+
+def read_shadow_map(prim: Usd.Prim) -> ShadowMap | None:
+    """What the light says of shadow maps in our own attributes; None where it names no resolution."""
+    resolution = number(prim, f"{_MAP}resolution", 0.0, low=0.0, high=FINEST_MAP)
+    if resolution < 1.0:
+        return None
+    bias, normal = (number(prim, f"{_MAP}{name}", 0.0, low=0.0) for name in ("bias", "normalBias"))
+    return ShadowMap(int(resolution), bias, normal)
 
 
 def _cone(prim: Usd.Prim) -> float:

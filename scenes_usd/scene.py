@@ -114,6 +114,22 @@ class Sphere:
     to_world: Floats
 
 
+@dataclass(frozen=True, slots=True)
+class ShadowMap:
+    """How the scene asks a renderer with shadow maps to make a light's; it moves no pixel of the reference.
+
+    Attributes
+    ----------
+    resolution : texels along the map's edge.
+    bias : by how much what the map holds must be nearer to the light than a point that it shadows, in the scene's unit.
+    normal_bias : by how much a point is moved along its normal before the map is asked, in the scene's unit.
+    """
+
+    resolution: int
+    bias: float = 0.0
+    normal_bias: float = 0.0
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Light:
     """A delta light.
@@ -127,6 +143,7 @@ class Light:
     intensity: tuple[float, float, float]
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    shadow_map: ShadowMap | None = field(default=None, metadata={"left out": None})
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -105,6 +105,14 @@ def _light(stage: Usd.Stage, light: Light) -> None:
     made.CreateIntensityAttr(peak * factor)
     if len(set(light.intensity)) > 1:
         made.CreateColorAttr(Gf.Vec3f(*(each / peak for each in light.intensity)))
+    if light.shadow_map is not None:
+        said = light.shadow_map
+        for name, kind, value in (
+            ("resolution", Sdf.ValueTypeNames.Int, said.resolution),
+            ("bias", Sdf.ValueTypeNames.Float, said.bias),
+            ("normalBias", Sdf.ValueTypeNames.Float, said.normal_bias),
+        ):
+            made.GetPrim().CreateAttribute(f"notabug:shadowMap:{name}", kind).Set(value)
     _place(made, matrix)
 
 

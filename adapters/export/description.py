@@ -8,7 +8,7 @@ hold linear values, row 0 at v = 1. The shading that is meant is written out in 
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import asdict, fields
 from typing import Any, Literal
 
 import numpy as np
@@ -62,9 +62,10 @@ def _camera(camera: Camera) -> dict[str, Any]:
 
 
 def _light(light: Light) -> dict[str, Any]:
+    said: dict[str, Any] = {} if light.shadow_map is None else {"shadow_map": asdict(light.shadow_map)}
     if light.kind == "point":
-        return {"kind": "point", "position": list(light.position), "intensity": list(light.intensity)}
-    return {"kind": "distant", "direction": list(light.direction), "irradiance": list(light.intensity)}
+        return {"kind": "point", "position": list(light.position), "intensity": list(light.intensity), **said}
+    return {"kind": "distant", "direction": list(light.direction), "irradiance": list(light.intensity), **said}
 
 
 def _material(material: Material) -> dict[str, Any]:

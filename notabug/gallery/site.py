@@ -22,6 +22,7 @@ from notabug.gallery.terms import terms
 from notabug.gallery.trend import trends
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
+from notabug.references.raster.picture import RasterOptions, raster_picture
 from notabug.references.tracer.envelope import Options, trace_picture
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
@@ -174,6 +175,8 @@ def _emblem(kind: Kind, exhibits: list[Exhibit], store: Store, white: float, *, 
         if "options" in chosen:
             drawn = trace_picture(scene, Options(shadows="facets", **chosen["options"]), samples=1, dtype=np.float32)
             return store.thumb(drawn, white=white)
+        if "raster" in chosen:
+            return store.thumb(raster_picture(scene, RasterOptions(**chosen["raster"]), dtype=np.float32), white=white)
         acting = next((each for each in models(scene) if each.name == chosen.get("model")), None)
         pixels = np.asarray(predict(scene, () if acting is None else (acting,)).mean)
         return store.thumb(pixels, white=white)

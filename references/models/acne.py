@@ -32,7 +32,7 @@ def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with lights and something to be hit."""
     if not scene.lights or not scene.objects:
         return
-    lost = _lost(len(scene.lights))
+    lost = lost_lights(len(scene.lights))
     off = {"hit_error": C * ROUNDOFF["float32"], "sphere_error": SPHERE_C * ROUNDOFF["float32"]}
     yield Model(
         name="acne",
@@ -85,7 +85,7 @@ def models(scene: Scene) -> Iterator[Model]:
     )
 
 
-def _lost(lights: int) -> list[int]:
+def lost_lights(lights: int) -> list[int]:
     """Which lights a sample may lose, as bits: all of them, and then fewer."""
     if lights > MASKS:
         return [-1, *(1 << k for k in range(lights))]

@@ -19,7 +19,7 @@ from notabug.scenes_usd.scene import Material, Mesh, Scene
 Edit = Callable[[Scene], Scene]
 UNSAID = "unknown"
 """What a declaration says of a feature that it says nothing of."""
-OF_SHADOWS = frozenset({"shadows", "acne", "start", "shadow_rays", "transparent_shadows"})
+OF_SHADOWS = frozenset({"shadows", "acne", "start", "shadow_rays", "transparent_shadows", "shadow_map"})
 """Switches that change nothing, or cannot be meant, where a renderer has no shadows."""
 
 
@@ -55,6 +55,8 @@ class Model:
     edits : edits of further values that bound what the rule ``hull`` admits, besides ``edit``.
     sure : switches under which it acts only where nothing but chance decides. A picture that shows next to nothing of
         that does not show it; beyond, where a resolution is but a bound, it may be as rare as it likes.
+    mixes : how under ``set`` values mix: by ``chance``, so that one value nearly everywhere is not it; in ``stripes``,
+        half of which are not its own; or as they ``may``.
     grain : what it admits under ``set`` or ``any`` changes from pixel to pixel: dots, not blots.
     declared : options that are taken from an adapter's declaration, where it states them: from the field of the same
         name, or ``option=field``.
@@ -86,6 +88,7 @@ class Model:
     also: tuple[tuple[str, str], ...] = ()
     strict: bool = False
     sure: Mapping[str, Any] | None = None
+    mixes: Literal["chance", "stripes", "may"] = "chance"
     grain: bool = False
     declared: tuple[str, ...] = ()
     drawn: Mapping[str, Any] | None = None
@@ -116,7 +119,10 @@ class Model:
         return tuple(f"{name}={value}" for name, value in self.conditions if declaration.says(name) == UNSAID)
 
     def under(self, declaration: Declared) -> Model:
-        """This model with what ``declaration`` states: its numbers, and that there are no shadows."""
+        """This model with what ``declaration`` states: its numbers, and that there are shadows or none.
+
+        A value that a sample may take without shadows is none of a renderer that casts them.
+        """
         stated: dict[str, Any] = {}
         for each in self.declared:
             option, _, name = each.partition("=")
@@ -124,9 +130,11 @@ class Model:
                 stated[option] = getattr(declaration, name or option)
         if declaration.says("shadows") == "none" and self.kind != "fault":
             stated["shadows"] = "none"
-        if not stated:
-            return self
         others = tuple({**each, **stated} for each in self.others)
+        if declaration.says("shadows") == "cast" and self.kind != "fault":
+            others = tuple({key: x for key, x in each.items() if (key, x) != ("shadows", "none")} for each in others)
+        if others == self.others and not stated:
+            return self
         return replace(self, options={**self.options, **stated}, others=others)
 
     def as_drawn(self) -> Model:

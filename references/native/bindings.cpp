@@ -193,6 +193,7 @@ ShadowMaps<T> maps_of(const py::handle& from, std::int64_t lights) {
     to.cells = depth.shape(1);
     to.depth = field_of<T>(from, "depth", views.count * to.cells * to.cells);
     to.bias = from.attr("bias").cast<T>();
+    to.normal_bias = from.attr("normal_bias").cast<T>();
     return to;
 }
 

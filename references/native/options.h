@@ -19,6 +19,7 @@ enum class Texels { bilinear, nearest };
 enum class Start { exact, none, absolute, relative, error_bound };
 enum class Falloff { square, linear, none };
 enum class ShadowRays { bounded, unbounded, culled };
+enum class ShadowMap { none, acne, dark_edge, detached, lit_edge, reversed, moved };
 
 struct Options {
     Shadows shadows = Shadows::forgiving;
@@ -56,6 +57,16 @@ struct Options {
     int bounces = 8;
     bool counted_passages = false;
     Texels texels = Texels::bilinear;
+    ShadowMap shadow_map = ShadowMap::none;
+    std::int64_t map_lights = -1;  // one bit for each light
+    double map_width = 1.0;
+    double map_cells = 1.0;
+    double map_reach = 0.0;
+    double map_bias = 0.0;
+    double map_normal_bias = 0.0;
+    double map_error = 0.0;
+    double map_right = 0.0;
+    double map_up = 0.0;
 };
 
 }  // namespace notabug

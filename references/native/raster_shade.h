@@ -20,6 +20,7 @@ struct ShadowMaps {
     const T* depth = nullptr;  // (maps, cells, cells)
     std::int64_t cells = 0;
     T bias = 0;  // what a surface must be farther from the light than its map says
+    T normal_bias = 0;  // by how much it is moved along its normal before it is asked for
 };
 
 struct RasterOptions {
@@ -30,8 +31,9 @@ struct RasterOptions {
 
 // Whether the map of light `k` shows something nearer to the light than `at`, by more than the bias.
 template <class T>
-inline bool in_shadow(const ShadowMaps<T>& maps, std::int64_t k, Vec3<T> at) {
+inline bool in_shadow(const ShadowMaps<T>& maps, std::int64_t k, Vec3<T> at, const Vec3<T>& normal) {
     if (!maps.first) return false;
+    at = at + maps.normal_bias * normal;
     for (std::int64_t m = maps.first[k]; m < maps.first[k + 1]; ++m) {
         const View<T>& v = maps.view[m];
         at = at - v.eye;
@@ -72,7 +74,7 @@ inline Shade<T> light_on(const Scene<T>& scene, const ShadowMaps<T>& maps, int m
             falloff = T(1) / square;
         }
         const T nl = dot(N, L);
-        if (nl <= 0 || in_shadow(maps, k, at)) continue;
+        if (nl <= 0 || in_shadow(maps, k, at, N)) continue;
         const T h = highlight(scene.lobes, material, N, L, V, T(0));
         const Vec3<T> e = (falloff * static_cast<T>(0.3183098861837907)) * light.intensity;
         made.diffuse = made.diffuse + nl * e;

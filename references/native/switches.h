@@ -46,6 +46,17 @@ inline Options options_of(const py::handle& from) {
     to.bounces = from.attr("bounces").cast<int>();
     to.counted_passages = from.attr("counted_passages").cast<bool>();
     to.texels = choice<Texels, 2>(from, "texels", {"bilinear", "nearest"});
+    to.shadow_map = choice<ShadowMap, 7>(
+        from, "shadow_map", {"none", "acne", "dark_edge", "detached", "lit_edge", "reversed", "moved"});
+    to.map_lights = from.attr("map_lights").cast<std::int64_t>();
+    to.map_width = from.attr("map_width").cast<double>();
+    to.map_cells = from.attr("map_cells").cast<double>();
+    to.map_reach = from.attr("map_reach").cast<double>();
+    to.map_bias = from.attr("map_bias").cast<double>();
+    to.map_normal_bias = from.attr("map_normal_bias").cast<double>();
+    to.map_error = from.attr("map_error").cast<double>();
+    to.map_right = from.attr("map_right").cast<double>();
+    to.map_up = from.attr("map_up").cast<double>();
     return to;
 }
 

@@ -2,6 +2,7 @@
 // shaded display", CACM 23(6)) as a stack of rays that wait.
 #pragma once
 
+#include "shadow_map.h"
 #include "surface.h"
 
 namespace notabug {
@@ -154,6 +155,8 @@ struct Whitted {
                                           option.gap_loses};
                 const LightShare<T> through = transmittance<T, F>(scene, shadow);
                 share = through.share;
+                if (option.shadow_map != ShadowMap::none)
+                    share = mapped<T, F>(scene, option, k, s.at, N, g, share);
                 lit.forgiven = lit.forgiven || through.forgiven;
                 if constexpr (Record::listens) {
                     if (primary) record.shadow(scene, k, shadow, through);

@@ -34,6 +34,7 @@ class RasterOptions:
     diagonal : how n-gons are cut into triangles.
     shadow_map : cells along an edge of each shadow map; 0: nothing casts a shadow.
     shadow_bias : what a surface must be farther from the light than its map says, in the scene's unit of length.
+    shadow_normal_bias : by how much a point is moved along its normal before its shadow is looked up.
     """
 
     depth: DepthFormat = "fixed24"
@@ -44,6 +45,7 @@ class RasterOptions:
     diagonal: Diagonal = "02"
     shadow_map: int = 0
     shadow_bias: float = 0.0
+    shadow_normal_bias: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,7 +116,8 @@ def _prepare(scene: Scene, options: RasterOptions, dtype: npt.DTypeLike) -> _Set
     cut = tuple(split_ngons(each, options.diagonal) for each in scene.meshes)
     flat = flatten(replace(scene, objects=cut), dtype)
     order = np.argsort(flat.face, kind="stable").astype(np.int64, copy=False)
-    maps = shadow_maps(flat, order, options.shadow_map, options.shadow_bias) if options.shadow_map else None
+    cells, biases = options.shadow_map, (options.shadow_bias, options.shadow_normal_bias)
+    maps = shadow_maps(flat, order, cells, *biases) if cells else None
     return _Setup(flat, order, _view(scene.camera, flat.camera).astype(flat.points.dtype), maps)
 
 

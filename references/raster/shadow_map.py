@@ -35,9 +35,10 @@ class ShadowMaps(NamedTuple):
     parallel: Array  # (m,)
     depth: Array  # (m, n, n) distance along the view's axis, inf where the light sees nothing
     bias: Any  # in the scene's unit of length, a scalar of the arrays' precision
+    normal_bias: Any  # the same
 
 
-def shadow_maps(flat: Flat, order: Array, cells: int, bias: float) -> ShadowMaps:
+def shadow_maps(flat: Flat, order: Array, cells: int, bias: float, normal_bias: float = 0.0) -> ShadowMaps:
     """Maps of ``cells`` x ``cells`` for every light of ``flat``; all surfaces cast shadows, transparent ones too."""
     points = flat.points.reshape(-1, 3).astype(np.float64)
     views: list[Array] = []
@@ -56,10 +57,9 @@ def shadow_maps(flat: Flat, order: Array, cells: int, bias: float) -> ShadowMaps
     winner = np.empty((cells, cells), np.int32)
     for each in range(len(views)):
         _native.fill(flat.points, order, frame[each], parallel[each], "distance", False, depth[each], winner)
-    bias_of = flat.points.dtype.type(bias)
-    return ShadowMaps(
-        np.array(first, np.int64), frame, np.array(parallel, np.bool_), depth.astype(flat.points.dtype), bias_of
-    )
+    real = flat.points.dtype.type
+    first_of, parallel_of = np.array(first, np.int64), np.array(parallel, np.bool_)
+    return ShadowMaps(first_of, frame, parallel_of, depth.astype(real), real(bias), real(normal_bias))
 
 
 def _view(eye: Array, forward: Array, up: Array, half_x: float, half_y: float, near: float, far: float) -> Array:

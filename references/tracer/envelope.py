@@ -73,6 +73,15 @@ class Options:
         multiplies with coordinates and distance.
     refine : the ray is shot back at the facet's plane to correct the hit (Woo, Pearce and Ouellette 1996).
     offset : shadow rays of smooth meshes start this many sagittas outside the facet (Snyder and Barr 1987).
+    shadow_map : what a shadow map, in the place of shadow rays, may do to the lights ``map_lights`` (one bit for each,
+        -1 for all): it loses them on a surface that it holds against itself (``acne``) or against something else beside
+        the point (``dark_edge``), lets them through where what is in the way is nearer than the bias (``detached``) or
+        not in the way beside the point (``lit_edge``). Two faults: its comparison is ``reversed``, or it is ``moved``
+        across the light by ``map_right`` and ``map_up``.
+    map_cells : texels along its edge. map_width : what a distant light's map is wide; a point light's six are twice the
+        distance. map_reach : how far the middle of a texel that counts may lie beside the point, in texels. map_bias :
+        by how much what it holds must be nearer than the point, which is moved along its normal by map_normal_bias.
+        map_error : of coordinates and size, what its depths are off by.
     """
 
     shadows: Literal["forgiving", "facets", "none"] = "forgiving"
@@ -110,6 +119,16 @@ class Options:
     bounces: int = 8
     counted_passages: bool = False
     texels: Literal["bilinear", "nearest"] = "bilinear"
+    shadow_map: Literal["none", "acne", "dark_edge", "detached", "lit_edge", "reversed", "moved"] = "none"
+    map_lights: int = -1
+    map_width: float = 1.0
+    map_cells: float = 1.0
+    map_reach: float = 0.0
+    map_bias: float = 0.0
+    map_normal_bias: float = 0.0
+    map_error: float = 0.0
+    map_right: float = 0.0
+    map_up: float = 0.0
 
     def for_scene(self, scene: Scene) -> Options:
         """The same, without looking for the first of coincident objects where there is only one."""

@@ -287,4 +287,4 @@ def test_the_image_has_what_the_set_up_installs_and_every_recipe() -> None:
     drawn = {
         words[at + 1] for words in calls(text) if words[0] == "calibrate" for at, x in enumerate(words) if x == "-r"
     }
-    assert set(adapters()) - drawn == {"inhouse", "zbuffer"}  # which come with notabug
+    assert set(adapters()) - drawn == {"inhouse", "shadowmap", "zbuffer"}  # which come with notabug

@@ -26,6 +26,7 @@ PAPER = {
 }
 EVERY = list(workarounds())
 CHEAP = [x for x in EVERY if x.limits and x.name != "c1_interpolation"]
+OTHERS = {"near_plane": ZBuffer(), "shadow_bias": ZBuffer(name="shadowmap", as_lit=True)}  # not of the tracer
 
 
 class Silent:
@@ -44,7 +45,7 @@ def row(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Workaround], Row]
 
     def one(workaround: Workaround) -> Row:
         if workaround.name not in made:
-            adapter: Adapter = ZBuffer() if workaround.name == "near_plane" else InHouse()
+            adapter: Adapter = OTHERS.get(workaround.name, InHouse())
             plan = Plan(choices([workaround]), {adapter.name: (adapter, adapter.find())}, out, Quality())
             (made[workaround.name],) = rows([workaround], run(plan, Silent()).results)
         return made[workaround.name]

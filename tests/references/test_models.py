@@ -21,6 +21,8 @@ from notabug.scenes_usd.scene import Material, Scene, Texture
 ANYWHERE = {"geometry_mirrored", "camera_moved", "field_of_view", "aspect"}
 LIGHT = ANYWHERE | {
     "light_gain", "no_shadow", "acne", "no_epsilon", "epsilon_too_large", "epsilon_not_scaled",
+    "shadow_map_acne", "shadow_map_steps", "shadow_map_detached",
+    "shadow_map_reversed", "shadow_map_moved", "shadow_bias_negated",
     "light_colour", "light_moved", "light_up_axis", "light_negated", "shadow_ray_culled", "unshadowed",
 }  # fmt: skip
 FACES = {"face_missing", "cracks"}  # of meshes; a single triangle has no cracks
@@ -87,7 +89,7 @@ def test_models_follow_from_what_a_scene_holds(make: Any, ball: Scene) -> None:
 def test_a_split_is_named_after_its_diagonal(split: str, limitations: set[str]) -> None:
     scene = read_scene("texture/uneven_quad", {"split": split})
     assert names(scene) == LIGHT | MESHES | UV | FACES | limitations
-    anywhere = {"acne", "unshadowed", *MESHES}
+    anywhere = {"acne", "unshadowed", "shadow_map_acne", "shadow_map_steps", "shadow_map_detached", *MESHES}
     found = [each for each in models(scene) if each.kind == "limitation" and each.name not in anywhere]
     assert {each.name for each in found} == limitations
     whens = {each.when for each in found}

@@ -40,7 +40,7 @@ def same(a: Scene, b: Scene) -> bool:
     np.testing.assert_allclose(a.camera.to_world, b.camera.to_world, atol=1e-15)
     assert (a.camera.tan_x, a.camera.near, a.width) == (b.camera.tan_x, b.camera.near, b.width)
     for p, q in zip(a.lights, b.lights, strict=True):
-        assert (p.kind, p.intensity) == (q.kind, q.intensity)
+        assert (p.kind, p.intensity, p.shadow_map) == (q.kind, q.intensity, q.shadow_map)
         np.testing.assert_allclose(p.direction, q.direction, atol=1e-15)
     for one, two in zip(a.objects, b.objects, strict=True):
         assert a.materials[one.material] == b.materials[two.material] or one.path == two.path
