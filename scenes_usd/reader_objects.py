@@ -107,12 +107,12 @@ class Drawing:
         return lambda places: np.min([grid(places) for grid in grids], axis=0)
 
     def _textured(self, prim: Usd.Prim, made: Mesh, part: Part) -> Mesh:
-        texture = self.materials.found[made.material].texture
-        if texture >= 0 and made.uv is None:
+        textures = self.materials.found[made.material].textures
+        if textures and made.uv is None:
             raise fault(
                 prim,
                 f"primvars:{part.coordinates.name}",
-                f"no texture coordinates for {self.textures.found[texture].path.name}",
+                f"no texture coordinates for {self.textures.found[min(textures)].path.name}",
                 expected="texCoord2f[]",
             )
         return made

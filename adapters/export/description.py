@@ -8,7 +8,7 @@ hold linear values, row 0 at v = 1. The shading that is meant is written out in 
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import asdict, fields
 from typing import Any, Literal
 
 import numpy as np
@@ -20,7 +20,7 @@ VERSION = 1
 SPLIT: Literal["02"] = "02"  # the diagonal by which n-gons are cut where a format has only triangles
 
 
-_MATERIAL = tuple(each.name for each in fields(Material) if each.name != "path")
+_MATERIAL = tuple(each.name for each in fields(Material) if each.name not in ("path", "preview"))
 
 
 def describe(scene: Scene) -> dict[str, Any]:
@@ -68,7 +68,8 @@ def _light(light: Light) -> dict[str, Any]:
 
 
 def _material(material: Material) -> dict[str, Any]:
-    return {name: getattr(material, name) for name in _MATERIAL}
+    said = {name: getattr(material, name) for name in _MATERIAL}
+    return said if material.preview is None else {**said, "preview": asdict(material.preview)}
 
 
 def _texture(index: int, texture: Texture) -> dict[str, Any]:
