@@ -20,6 +20,7 @@ from notabug.scenes_usd.reader_values import (
     checked,
     fault,
     opinion,
+    same,
     where,
 )
 from notabug.scenes_usd.reading import going_on, note, recovered, refuse
@@ -58,18 +59,20 @@ class _Reader:
         fallback, high = _NUMBERS[name]
         prim, attribute = self.inputs.prim, f"inputs:{name}"
         mends = opinion(prim, attribute, "float", fallback)
-        return recovered(
+        found = recovered(
             lambda: check_number(prim, attribute, self.inputs.constant(name, fallback, mends), low=0.0, high=high),
             fallback,
         )
+        return 0.0 if same(found, 0.0) else found
 
     def colour(self, name: str, high: float) -> Colour:
         attribute = f"inputs:{name}"
         mends = opinion(self.inputs.prim, attribute, "color3f", _BLACK)
-        return recovered(
+        found = recovered(
             lambda: check_colour(self.inputs.prim, attribute, self.inputs.constant(name, _BLACK, mends), high=high),
             _BLACK,
         )
+        return _BLACK if all(same(part, 0.0) for part in found) else found
 
     def map(self, name: str, use: Use, kind: str, plain: object) -> int:
         """The texture that the input shows, or -1; where it cannot be shown, ``plain`` of the type ``kind`` would."""

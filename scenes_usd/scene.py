@@ -7,7 +7,7 @@ RGB with Rec. 709 primaries. All arrays are float64 and C-contiguous, and not to
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -84,6 +84,9 @@ class Preview:
         return self.metallic_map, self.roughness_map, self.emission_map, self.normal_map
 
 
+_MAPS = ("metallic_map", "roughness_map", "emission_map", "normal_map")
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
     """Lambert plus a Phong or Blinn lobe, mirror and transmission; every colour is a (3,) tuple.
@@ -111,6 +114,14 @@ class Material:
     def textures(self) -> frozenset[int]:
         """The textures that it shows."""
         return frozenset({self.texture, *(self.preview.maps if self.preview else ())} - {-1})
+
+    def renumbered(self, shown: Sequence[int]) -> Material:
+        """The material among the textures ``shown`` alone, by their places there."""
+        places = {index: place for place, index in enumerate(shown)}
+        preview = self.preview
+        if preview is not None:
+            preview = replace(preview, **{name: places.get(getattr(preview, name), -1) for name in _MAPS})
+        return replace(self, texture=places.get(self.texture, -1), preview=preview)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

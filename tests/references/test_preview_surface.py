@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from notabug.references.tracer.envelope import Options, trace_picture
-from notabug.scenes_usd.scene import Material, Preview
+from notabug.scenes_usd.scene import Material, Preview, Texture
 
 mpf = mpmath.mpf
 ALBEDO = (0.8, 0.5, 0.1)
@@ -179,3 +180,68 @@ def test_scenes_without_it_do_not_change_by_a_bit(make: Any) -> None:
         assert np.array_equal(*drawn)
     assert lambert.digest() == replace(lambert, materials=(replace(lambert.materials[0], preview=None),)).digest()
     assert lambert.digest() != plain.digest()
+
+
+# --- maps -----------------------------------------------------------------------------------------------------------
+
+SLOPE = (0.3, -0.2, 0.9)  # what a map says of a normal, along dP/du, dP/dv and N
+
+
+def texture(values: Any) -> Texture:
+    return Texture(Path("map.exr"), np.asarray(values, float).reshape(1, 1, 3))
+
+
+@pytest.mark.parametrize(
+    ("uv", "along", "across"),
+    [
+        ([(0, 0), (1, 0), (1, 1), (0, 1)], (1, 0, 0), (0, 1, 0)),
+        ([(1, 0), (0, 0), (0, 1), (1, 1)], (-1, 0, 0), (0, 1, 0)),  # mirrored: u runs to the left
+        ([(0, 0), (0, 1), (1, 1), (1, 0)], (0, 1, 0), (1, 0, 0)),  # mirrored: u and v exchanged
+        ([(0, 0), (0, -2), (2, -2), (2, 0)], (0, 1, 0), (-1, 0, 0)),  # turned, and twice as fine
+    ],
+)
+@pytest.mark.parametrize("below", [False, True])
+def test_a_normal_map_turns_the_normal_in_the_frame_of_the_coordinates(
+    uv: Any, along: Any, across: Any, below: bool, make: Any, rays: Any
+) -> None:
+    """Seen from behind, N is turned round and the coordinates run as they did."""
+    turn = -1.0 if below else 1.0
+    surface = Preview(roughness=0.6, normal_map=0)
+    scene = floor(make, surface, textures=[texture(SLOPE)], lights=[make.point(np.array(LIGHT) * (1, 1, turn), 7.0)])
+    scene = replace(
+        scene,
+        objects=(make.rectangle(size=2.0, uv=uv),),
+        camera=make.camera(np.array(EYE) * (1, 1, turn), (0.0, 0.0, 0.0), tangent=0.3),
+    )
+    drawn = trace_picture(scene, Options())
+    normal = SLOPE[0] * np.array(along) + SLOPE[1] * np.array(across) + SLOPE[2] * np.array((0, 0, turn))
+    eye, towards = rays(scene)
+    with mpmath.workdps(30):
+        for y, x in [(0, 0), (1, 2), (3, 3)]:
+            at = eye - towards[y, x] * eye[2] / towards[y, x, 2]
+            to = np.array(scene.lights[0].position) - at
+            expected = formula(surface, ALBEDO, normal, to, eye - at) * 7.0 / (to @ to)
+            assert drawn[y, x] == pytest.approx(expected, rel=1e-12), (y, x)
+
+
+def test_a_map_that_says_up_changes_nothing_but_rounding(make: Any) -> None:
+    plain = floor(make, Preview(), size=8)
+    mapped = floor(make, Preview(normal_map=0), size=8, textures=[texture((0, 0, 1))])
+    assert trace_picture(mapped, Options()) == pytest.approx(trace_picture(plain, Options()), rel=1e-14)
+
+
+def test_a_map_of_no_direction_is_not_looked_at(make: Any) -> None:
+    plain = trace_picture(floor(make, Preview(), size=4), Options())
+    for values, uv in (((0, 0, 0), [(0, 0), (1, 0), (1, 1), (0, 1)]), (SLOPE, [(0, 0)] * 4)):
+        scene = floor(make, Preview(normal_map=0), size=4, textures=[texture(values)])
+        drawn = trace_picture(replace(scene, objects=(make.rectangle(size=2.0, uv=uv),)), Options())
+        assert np.array_equal(drawn, plain)
+
+
+def test_numbers_come_from_their_maps(make: Any) -> None:
+    said = Preview(metallic=0.5, roughness=0.6, emission=(0.1, 0.2, 0.3))
+    maps = [texture((0.5, 0.5, 0.5)), texture((0.6, 0.6, 0.6)), texture((0.1, 0.2, 0.3))]
+    mapped = Preview(metallic=0.0, roughness=1.0, metallic_map=0, roughness_map=1, emission_map=2)
+    assert np.array_equal(
+        trace_picture(floor(make, mapped, textures=maps), Options()), trace_picture(floor(make, said), Options())
+    )
