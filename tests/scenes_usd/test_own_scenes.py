@@ -6,6 +6,7 @@ import contextlib
 import importlib.util
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -605,6 +606,15 @@ def test_a_map_that_cannot_be_read_is_refused_in_one_line(files: dict[str, Path]
     (preview,) = (each.preview for each in taken.scene.materials)
     assert preview is not None
     assert (preview.roughness_map, preview.roughness) == (-1, 0.5), "the schema's own, once the map is gone"
+
+
+def test_maps_on_a_sphere_are_refused(files: dict[str, Path]) -> None:
+    feature = next(each for each in own.FEATURES if each.name == "roughness and metallic maps, packed")
+    path = files["metal"].with_name("ball.usda")
+    path.write_text(replace(feature, shape=own.solid("Sphere")).text, "utf-8")
+    with pytest.raises(SceneError, match=r"/World/Shape\.material:binding: /World/Look has maps"):
+        read_stage(path, "own", {})
+    assert [type(each) for each in take_scene(path).scene.objects] == [Sphere]
 
 
 @pytest.mark.parametrize(
