@@ -2,7 +2,7 @@
 
 The layer is a scene of its own: who renders it draws what it says, so a verdict on it holds for any renderer. It says
 which picture is meant (render settings, camera, frame, variants, purposes), carries a card, and overrules what the
-contract cannot say with what comes nearest: a point in the place of a lamp, a Lambertian in the place of metal.
+contract cannot say with what comes nearest: a point in the place of a lamp, a Lambertian in the place of MaterialX.
 """
 
 from __future__ import annotations
