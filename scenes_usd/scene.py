@@ -84,9 +84,6 @@ class Preview:
         return self.metallic_map, self.roughness_map, self.emission_map, self.normal_map
 
 
-_MAPS = ("metallic_map", "roughness_map", "emission_map", "normal_map")
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
     """Lambert plus a Phong or Blinn lobe, mirror and transmission; every colour is a (3,) tuple.
@@ -120,7 +117,10 @@ class Material:
         places = {index: place for place, index in enumerate(shown)}
         preview = self.preview
         if preview is not None:
-            preview = replace(preview, **{name: places.get(getattr(preview, name), -1) for name in _MAPS})
+            metallic, roughness, emission, normal = (places.get(index, -1) for index in preview.maps)
+            preview = replace(
+                preview, metallic_map=metallic, roughness_map=roughness, emission_map=emission, normal_map=normal
+            )
         return replace(self, texture=places.get(self.texture, -1), preview=preview)
 
 

@@ -23,7 +23,7 @@ from notabug.scenes_usd.errors import ManyFaultsError, SceneError, SelectionErro
 from notabug.scenes_usd.own import as_usd, take_scene
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader_stage import read_stage, survey_stage
-from notabug.scenes_usd.scene import Mesh, Scene, Sphere
+from notabug.scenes_usd.scene import Material, Mesh, Preview, Scene, Sphere
 from notabug.scenes_usd.view import View
 from notabug.scenes_usd.writer import write_scene
 
@@ -631,3 +631,12 @@ def test_written_it_reads_back(name: str, files: dict[str, Path], tmp_path: Path
         assert found.preview == said.preview
     for index, texture in enumerate(scene.textures):
         assert back.textures[index].pixels == pytest.approx(texture.pixels, abs=1e-7)
+
+
+def test_textures_are_renumbered_when_others_go() -> None:
+    material = Material("/Look", (1.0, 1.0, 1.0), 2, preview=Preview(roughness_map=4, normal_map=1))
+    assert material.textures == {1, 2, 4}
+    kept = material.renumbered([1, 2, 4])
+    assert (kept.texture, kept.preview) == (1, Preview(roughness_map=2, normal_map=0))
+    bare = material.renumbered([4])
+    assert (bare.texture, bare.preview) == (-1, Preview(roughness_map=0))
