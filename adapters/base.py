@@ -69,6 +69,8 @@ class Declaration:
     lobe : the lobe of highlights: as the scene's material has it, or always the one named, at the same exponent or at
         the matching one (Phong's n is close to Blinn's 4n).
     normalised : highlights are multiplied by nothing (``no``), (n + 2)/2, (n + 8)/8 or (n + 2)/8 (``n2over8``).
+    masking : which of its masking functions GGX has: Smith's of both directions multiplied (``separable``), of both as
+        one (``correlated``), or Schlick's fit (``schlick``).
     interpolation : what is interpolated over smooth meshes: normals (``phong``), colours (``gouraud``) or nothing
         (``flat``).
     gouraud_shadows : where interpolated colours are shadowed: with the light at the ``corners``, at each point
@@ -115,6 +117,7 @@ class Declaration:
     glass_side: Literal["facet", "counted", "unknown"] = "unknown"
     texture_filter: Literal["bilinear", "nearest", "unknown"] = "unknown"
     lobe: Literal["authored", "phong", "blinn", "phong_matched", "blinn_matched", "unknown"] = "authored"
+    masking: Literal["separable", "correlated", "schlick", "unknown"] = "unknown"
     interpolation: Literal["phong", "gouraud", "flat", "unknown"] = "phong"
     normalised: Literal["no", "n2", "n8", "n2over8", "unknown"] = "no"
     highlight: Literal["authored", "cosine", "uncut", "unknown"] = "authored"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from notabug.scenes_usd.triangulate import triangulate
 Arrays = dict[str, npt.NDArray[Any]]
 Edit = Callable[[dict[str, Any], Arrays], object]
 
-_MATERIAL = tuple(field.name for field in fields(Material) if field.name != "path")
+_MATERIAL = tuple(field.name for field in fields(Material) if field.name not in ("path", "preview"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,10 +119,15 @@ def child_job(scene: Scene) -> tuple[dict[str, Any], Arrays]:
             "far": scene.camera.far,
         },
         "lights": [_light(light) for light in scene.lights],
-        "materials": [{name: getattr(material, name) for name in _MATERIAL} for material in scene.materials],
+        "materials": [_material(material) for material in scene.materials],
         "textures": _textures(scene, arrays),
         "objects": [_object(index, shape, arrays) for index, shape in enumerate(scene.objects)],
     }, arrays
+
+
+def _material(material: Material) -> dict[str, Any]:
+    said = {name: getattr(material, name) for name in _MATERIAL}
+    return said if material.preview is None else {**said, "preview": asdict(material.preview)}
 
 
 def _light(light: Light) -> dict[str, Any]:

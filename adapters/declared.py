@@ -28,11 +28,16 @@ KEYS = (*_HINTS, *OF_NUMBERS, "pixels", "encoding", "capabilities")
 CAPABILITIES = frozenset(
     {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
     | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows", "orthographic", "aperture_offset"}
+    | {"ggx", "dielectric", "emission", "normal_map"}
 )
 _UNSAID = CAPABILITIES - {
     "orthographic",
     "aperture_offset",
-}  # cameras that no driver knows which was written before them
+    "ggx",
+    "dielectric",
+    "emission",
+    "normal_map",
+}  # cameras and surfaces that no driver knows which was written before them
 
 
 # What a table's renderer does where the table does not say: as the contract has it, or as far as that differs from

@@ -55,6 +55,7 @@ class InHouse:
             "orthographic",
             "aperture_offset",
         }
+        | {"ggx", "dielectric", "emission", "normal_map"}
     )
 
     def declaration(self, quality: Quality) -> Declaration:
@@ -74,6 +75,7 @@ class InHouse:
             total_reflection="transmission",
             glass_side="facet",
             texture_filter="bilinear",
+            masking="separable",
             interpolation=self.interpolation,
             gouraud_shadows="corners",
             bounces_count="reflections",

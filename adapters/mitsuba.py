@@ -70,6 +70,7 @@ class Mitsuba:
             "orthographic",
             "aperture_offset",
         }
+        | {"ggx", "dielectric"}
     )
     install: str = "pip install notabug[mitsuba]"
 
@@ -91,6 +92,7 @@ class Mitsuba:
             total_reflection="transmission",
             glass_side="facet",
             texture_filter="bilinear",
+            masking="separable",
             bounces_count="reflections",
             crossings="once",
             coordinates="float32",

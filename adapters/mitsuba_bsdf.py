@@ -17,10 +17,13 @@ import math
 from typing import Any
 
 
-def whitted(mi: Any, look: dict[str, Any], texture: dict[str, Any] | None) -> Any:
+def whitted(
+    mi: Any, look: dict[str, Any], texture: dict[str, Any] | None, maps: dict[str, dict[str, Any] | None]
+) -> Any:
     """A BSDF of the loaded variant of Mitsuba (the module ``mi``) for the material ``look`` of a job.
 
-    ``texture`` describes the bitmap that replaces the diffuse colour, or is None.
+    ``texture`` describes the bitmap that replaces the diffuse colour, or is None; ``maps`` has those of the preview
+    surface's numbers, by name.
     """
     import drjit as dr
 
@@ -29,6 +32,7 @@ def whitted(mi: Any, look: dict[str, Any], texture: dict[str, Any] | None) -> An
     diffuse, specular = mi.Color3f(look["diffuse"]), mi.Color3f(look["specular"])
     mirror, transmission = mi.Color3f(look["mirror"]), mi.Color3f(look["transmission"])
     bitmap = None if texture is None else mi.load_dict(texture)
+    numbers = {name: mi.load_dict(each) for name, each in maps.items() if each is not None}
     shiny = any(look["specular"])
     opacity = float(look["opacity"])
     chances = _chances(look["mirror"], look["transmission"], 1.0 - opacity)
@@ -56,7 +60,10 @@ def whitted(mi: Any, look: dict[str, Any], texture: dict[str, Any] | None) -> An
             lit = (nl > 0) & active
             colour = diffuse if bitmap is None else mi.Color3f(bitmap.eval_3(si, active))
             value = colour * nl
-            if shiny:
+            if look["preview"]:
+                said = {**look["preview"], **{name: each.eval_1(si, active) for name, each in numbers.items()}}
+                value = _preview(dr, mi, said, colour, mi.Vector3f(si.wi.x, si.wi.y, side * si.wi.z), wo, nl)
+            elif shiny:
                 shine = _lobe(dr, mi, look, si.wi, wo)
                 value += specular * (shine * nl if look["cosine_weighted"] else shine)
             return dr.select(lit, value * (opacity / math.pi), 0.0)
@@ -115,6 +122,34 @@ def _chances(mirror: list[float], transmission: list[float], rest: float) -> tup
     if not total:
         return 0.0, 0.0, 0.0
     return weights[0] / total, weights[1] / total, weights[2] / total
+
+
+def _preview(dr: Any, mi: Any, said: dict[str, Any], colour: Any, V: Any, L: Any, nl: Any) -> Any:
+    """UsdPreviewSurface's light of irradiance pi: see ``Preview`` of scenes_usd/scene.py; D and G are Mitsuba's own.
+
+    ``V`` lies above the surface, ``nl`` is the cosine of ``L`` to the side that it is on.
+    """
+    L = mi.Vector3f(L.x, L.y, nl)
+    H = dr.normalize(V + L)
+    schlick = dr.power(dr.clip(1.0 - dr.dot(V, H), 0.0, 1.0), 5)
+    normal = ((1.0 - said["ior"]) / (1.0 + said["ior"])) ** 2
+    low, high, share = mi.Color3f(said["specular"]), mi.Color3f(1.0), 1.0
+    if not said["specular_workflow"]:
+        metallic = said["metallic"]
+        high = dr.lerp(mi.Color3f(1.0), colour, metallic)
+        low = dr.lerp(mi.Float(normal), mi.Float(1.0), metallic) * high
+        share = 1.0 - metallic
+
+    def lobe(roughness: Any) -> Any:
+        surface = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, roughness * roughness)
+        shown = surface.eval(H) * surface.G(V, L, H) / (4.0 * V.z) * math.pi
+        return dr.select(V.z > 0, shown, 0.0)
+
+    fresnel = low + (high - low) * schlick
+    value = colour * (1.0 - fresnel) * (share * nl) + fresnel * lobe(said["roughness"])
+    if said["clearcoat"]:
+        value += said["clearcoat"] * (normal + (1.0 - normal) * schlick) * lobe(said["clearcoat_roughness"])
+    return value
 
 
 def _lobe(dr: Any, mi: Any, look: dict[str, Any], V: Any, L: Any) -> Any:

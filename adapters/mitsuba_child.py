@@ -93,26 +93,39 @@ def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str
 
 def _bsdf(mi: Any, look: dict[str, Any], textures: dict[str, Any], arrays: dict[str, Any]) -> Any:
     """Mitsuba's own plug-ins where they can say the material, else the scripted one."""
-    bitmap: dict[str, Any] | None = None
-    if look["texture"] >= 0:
-        texture = textures[str(look["texture"])]
-        bitmap = {
-            "type": "bitmap",
-            "data": mi.TensorXf(arrays[texture["pixels"]]),
-            "raw": True,
-            "format": "variant",  # not half floats
-            "filter_type": texture.get("filter", "bilinear"),
-            "wrap_mode": texture["wrap"],
-        }
+    bitmap = _bitmap(mi, look["texture"], textures, arrays)
+    preview = look["preview"]
     if look["scripted"]:
         from notabug.adapters.mitsuba_bsdf import whitted
 
-        return whitted(mi, look, bitmap)
+        names = ("metallic", "roughness") if preview else ()
+        maps = {name: _bitmap(mi, preview[f"{name}_map"], textures, arrays) for name in names}
+        return whitted(mi, look, bitmap, maps)
     reflectance = bitmap or {"type": "rgb", "value": look["diffuse"]}
-    surface = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
+    shown: dict[str, Any] = {"type": "diffuse", "reflectance": reflectance}
+    if preview:
+        alpha = preview["roughness"] ** 2
+        shown = {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": alpha}
+        shown["specular_reflectance"] = reflectance
+    surface = {"type": "twosided", "bsdf": shown}
     if look["opacity"] < 1.0:
         surface = {"type": "mask", "opacity": look["opacity"], "nested": surface}
     return mi.load_dict(surface)
+
+
+def _bitmap(mi: Any, index: int, textures: dict[str, Any], arrays: dict[str, Any]) -> dict[str, Any] | None:
+    """The texture ``index`` as a plug-in; None for -1."""
+    if index < 0:
+        return None
+    texture = textures[str(index)]
+    return {
+        "type": "bitmap",
+        "data": mi.TensorXf(arrays[texture["pixels"]]),
+        "raw": True,
+        "format": "variant",  # not half floats
+        "filter_type": texture.get("filter", "bilinear"),
+        "wrap_mode": texture["wrap"],
+    }
 
 
 def _mesh(mi: Any, name: str, each: dict[str, Any], arrays: dict[str, Any], bsdf: Any) -> Any:

@@ -18,6 +18,9 @@ What Mitsuba does, measured with 3.9.1, and what is written for it:
   of it from edges in the pixel.
 - Reflected, refracted and shadow rays start about 9e-5 (1 + |p|) off the surface at p. So the image in a plane mirror
   is shifted, by 2.5e-4 at |p| = 2: 4e-4 of white on a ball's flank, and 1.7e-3 behind a ball of glass.
+- A UsdPreviewSurface that is all metal is ``roughconductor`` without a material, which reflects all of the light, times
+  the diffuse colour; any other one is the BSDF of ``mitsuba_bsdf.py``, with Mitsuba's own GGX. Its ``principled`` has
+  Disney's diffuse lobe, Fresnel's exact factors and F90 = 1 for metal, and cannot say it.
 - A ``sphere`` has a centre and a radius: only rotated, moved and uniformly scaled ones can be said.
 """
 
@@ -25,6 +28,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +37,8 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Quality, UnsupportedError
 from notabug.adapters.spheres import centre_and_radius
-from notabug.adapters.textures import Grown, grow, shown_uv
-from notabug.scenes_usd.scene import Camera, Light, Material, Scene, Sphere
+from notabug.adapters.textures import Grown, check_alone, grow, shown_uv
+from notabug.scenes_usd.scene import Camera, Light, Material, Preview, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
 
 Arrays = dict[str, npt.NDArray[Any]]
@@ -95,8 +99,10 @@ def _check_one_way(material: Material) -> None:
 
 def _look(material: Material, follows: bool) -> dict[str, Any]:
     """A material as the child gets it; ``scripted`` where it takes the BSDF of ``mitsuba_bsdf.py``."""
+    preview = material.preview
     return {
-        "scripted": follows or any(material.specular),
+        "scripted": follows or any(material.specular) or (preview is not None and not _is_metal(preview)),
+        "preview": None if preview is None else asdict(preview),
         "diffuse": list(material.diffuse),
         "texture": material.texture,
         "specular": list(material.specular),
@@ -108,6 +114,12 @@ def _look(material: Material, follows: bool) -> dict[str, Any]:
         "ior": material.ior,
         "opacity": material.opacity,
     }
+
+
+def _is_metal(surface: Preview) -> bool:
+    """Whether Mitsuba's own ``roughconductor`` is all of the surface: F0 and F90 are the diffuse colour."""
+    constant = surface.metallic_map < 0 and surface.roughness_map < 0
+    return constant and surface.metallic == 1.0 and not surface.specular_workflow and not surface.clearcoat
 
 
 def _camera(camera: Camera, aspect: float) -> dict[str, Any]:
@@ -144,12 +156,13 @@ def _wrapping(scene: Scene, index: int) -> tuple[str, Grown | None]:
     uv = shown_uv(scene, index)
     if texture.wrap_s == texture.wrap_t:
         return texture.wrap_s, None
+    check_alone(scene, index)
     return "repeat", grow(texture, uv)
 
 
 def _textures(scene: Scene, arrays: Arrays) -> dict[str, dict[str, Any]]:
     found = {}
-    for index in sorted({scene.materials[each.material].texture for each in scene.objects} - {-1}):
+    for index in sorted(set().union(*(scene.materials[each.material].textures for each in scene.objects))):
         wrap, grown = _wrapping(scene, index)
         arrays[f"texture{index}"] = (grown.pixels if grown else scene.textures[index].pixels).astype(np.float32)
         found[str(index)] = {"pixels": f"texture{index}", "wrap": wrap}
@@ -168,8 +181,8 @@ def _object(scene: Scene, index: int, arrays: Arrays) -> dict[str, Any]:
     parts: Arrays = {"points": each.points[each.corners[corner]]}
     if each.normals is not None:
         parts["normals"] = each.normals[corner]
-    if each.uv is not None and material.texture >= 0:
-        grown = _wrapping(scene, material.texture)[1]
+    if each.uv is not None and material.textures:
+        grown = _wrapping(scene, min(material.textures))[1]
         uv = (each.uv * grown.a + grown.b if grown else each.uv)[corner]
         parts["uv"] = np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
     for part, array in parts.items():

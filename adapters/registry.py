@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -12,7 +13,7 @@ import notabug.adapters
 from notabug.adapters.base import Adapter, Declaration, Found, Quality, Render, RendererMissingError
 from notabug.adapters.config import find_config, renderer_tables
 from notabug.scenes_usd.errors import SelectionError
-from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.scene import Mesh, Preview, Scene
 
 GROUP = "notabug.adapters"
 _adapters: dict[str, Adapter] = {}
@@ -84,7 +85,8 @@ def needs(scene: Scene) -> frozenset[str]:
     """The capabilities that ``scene`` asks for: what its card requires and what its content implies.
 
     Words: mesh, sphere, normals, uv, texture, point_light, distant_light, opacity, phong, blinn, cosine_weighted,
-    coloured_highlight, mirror, transmission, orthographic, aperture_offset. A card may also require shadows; whether
+    coloured_highlight, mirror, transmission, orthographic, aperture_offset; of a UsdPreviewSurface ggx, and
+    dielectric where it is not all metal, emission, normal_map. A card may also require shadows; whether
     any fall is not looked at here, since that takes a picture: see ``requirements.shadows_fall``.
     """
     found = set(scene.card.requires)
@@ -102,8 +104,10 @@ def needs(scene: Scene) -> frozenset[str]:
         found.add("aperture_offset")
     for index in {each.material for each in scene.objects}:
         material = scene.materials[index]
-        if material.texture >= 0:
+        if material.textures:
             found |= {"texture", "uv"}
+        if material.preview is not None:
+            found.update(_preview_needs(material.preview))
         if any(material.specular):
             found.add(material.lobe)
             if material.cosine_weighted:
@@ -117,3 +121,15 @@ def needs(scene: Scene) -> frozenset[str]:
         if material.opacity < 1.0:
             found.add("opacity")
     return frozenset(found)
+
+
+def _preview_needs(surface: Preview) -> Iterator[str]:
+    """What a UsdPreviewSurface asks for beside its textures."""
+    yield "ggx"
+    metal = surface.metallic_map < 0 and surface.metallic == 1.0 and not surface.specular_workflow
+    if not metal or surface.clearcoat:
+        yield "dielectric"
+    if any(surface.emission) or surface.emission_map >= 0:
+        yield "emission"
+    if surface.normal_map >= 0:
+        yield "normal_map"

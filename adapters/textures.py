@@ -25,7 +25,7 @@ class Grown:
 
 def shown_uv(scene: Scene, index: int) -> Floats:
     """Every uv (n, 2) at which the texture ``index`` is shown."""
-    shown = [each for each in scene.objects if scene.materials[each.material].texture == index]
+    shown = [each for each in scene.objects if index in scene.materials[each.material].textures]
     meshes = [each.uv for each in shown if isinstance(each, Mesh) and each.uv is not None]
     if len(meshes) < len(shown):
         bare = next(each for each in shown if not isinstance(each, Mesh) or each.uv is None)
@@ -68,6 +68,7 @@ def _repeated(scene: Scene, which: Callable[[Texture], bool]) -> Scene:
         if not which(texture):
             continue
         users = {place for place, material in enumerate(scene.materials) if material.texture == index}
+        check_alone(scene, index)
         grown = grow(texture, shown_uv(scene, index))
         objects = tuple(
             replace(shape, uv=shape.uv * grown.a + grown.b)
@@ -79,6 +80,17 @@ def _repeated(scene: Scene, which: Callable[[Texture], bool]) -> Scene:
         textures = (*scene.textures[:index], tiled, *scene.textures[index + 1 :])
         scene = replace(scene, objects=objects, textures=textures)
     return scene
+
+
+def check_alone(scene: Scene, index: int) -> None:
+    """Raise UnsupportedError where coordinates that are moved for the texture ``index`` would move another one, too."""
+    for material in scene.materials:
+        if index in material.textures and len(material.textures) > 1:
+            raise UnsupportedError(
+                "several maps, of which one must be cut larger for its wrap modes",
+                where=material.path,
+                do="repeat or clamp all maps of the material, on both axes",
+            )
 
 
 def _indices(size: int, at: Floats, wrap: str, texture: Texture) -> tuple[npt.NDArray[np.integer], int, int]:

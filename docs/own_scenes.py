@@ -499,24 +499,29 @@ FEATURES = (
     Feature(
         "material",
         "metallic workflow with roughness (Blender's default)",
-        "adapted",
+        "read",
         look=shader("float inputs:roughness = 0.5"),
     ),
-    Feature("material", "metal", "adapted", look=shader(f"float inputs:metallic = 1\n        {LAMBERT}")),
+    Feature(
+        "material",
+        "metal",
+        "read",
+        look=shader("color3f inputs:diffuseColor = (0.9, 0.6, 0.3)\n        float inputs:metallic = 1"),
+    ),
     Feature(
         "material",
         "specular colour",
-        "adapted",
+        "read",
         look=shader("int inputs:useSpecularWorkflow = 1\n        color3f inputs:specularColor = (1, 1, 1)"),
     ),
-    Feature("material", "clearcoat", "adapted", look=shader(f"float inputs:clearcoat = 1\n        {LAMBERT}")),
+    Feature("material", "clearcoat", "read", look=shader(f"float inputs:clearcoat = 1\n        {LAMBERT}")),
     Feature(
-        "material", "emission", "adapted", look=shader(f"color3f inputs:emissiveColor = (1, 0, 0)\n        {LAMBERT}")
+        "material", "emission", "read", look=shader(f"color3f inputs:emissiveColor = (1, 0, 0)\n        {LAMBERT}")
     ),
     Feature(
         "material",
         "normal map",
-        "adapted",
+        "read",
         square(),
         look=shader(
             f"normal3f inputs:normal.connect = </World/Look/Texture.outputs:rgb>\n        {LAMBERT}", texture()
@@ -528,6 +533,74 @@ FEATURES = (
         "read",
         square(),
         look=shader(f"float inputs:roughness.connect = </World/Look/Texture.outputs:r>\n        {LAMBERT}", texture()),
+    ),
+    Feature(
+        "material",
+        "specular workflow, glossy",
+        "read",
+        look=shader(
+            "int inputs:useSpecularWorkflow = 1\n        color3f inputs:specularColor = (0.2, 0.1, 0.3)\n"
+            "        float inputs:roughness = 0.2\n        float inputs:metallic = 1"
+        ),
+    ),
+    Feature(
+        "material",
+        "roughness and metallic maps, packed",
+        "read",
+        square(),
+        look=shader(
+            "float inputs:roughness.connect = </World/Look/Texture.outputs:g>\n"
+            "        float inputs:metallic.connect = </World/Look/Texture.outputs:b>",
+            texture('token inputs:sourceColorSpace = "raw"\nfloat outputs:g\nfloat outputs:b'),
+        ),
+    ),
+    Feature(
+        "material",
+        "emission map",
+        "read",
+        square(),
+        look=shader(
+            f"color3f inputs:emissiveColor.connect = </World/Look/Texture.outputs:rgb>\n        {LAMBERT}", texture()
+        ),
+    ),
+    Feature(
+        "material",
+        "normal map with scale and bias",
+        "read",
+        square(),
+        look=shader(
+            f"normal3f inputs:normal.connect = </World/Look/Texture.outputs:rgb>\n        {LAMBERT}",
+            texture(
+                'token inputs:sourceColorSpace = "raw"\nfloat4 inputs:scale = (2, 2, 2, 1)\n'
+                "float4 inputs:bias = (-1, -1, -1, 0)"
+            ),
+        ),
+    ),
+    Feature(
+        "material",
+        "maps with coordinates of their own",
+        "adapted",
+        square(extra=f'\n    texCoord2f[] primvars:other = {UV} (interpolation = "vertex")'),
+        look=shader(
+            f"{TEXTURED.splitlines()[0]}\n        float inputs:roughness.connect = </World/Look/Other.outputs:r>",
+            texture()
+            + texture(name="other")
+            .replace('"Texture"', '"Other"')
+            .replace('"Reader"', '"Second"')
+            .replace("/Reader.", "/Second."),
+        ),
+    ),
+    Feature(
+        "material",
+        "displacement",
+        "adapted",
+        look=shader("float inputs:displacement = 0.1"),
+    ),
+    Feature(
+        "material",
+        "a clear surface with highlights",
+        "adapted",
+        look=shader("float inputs:opacity = 0.5"),
     ),
     Feature(
         "material",

@@ -16,7 +16,7 @@ from notabug.metrics.judge import judge
 from notabug.metrics.verdict import Verdict
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture
-from notabug.scenes_usd.scene import Material, Mesh, Scene
+from notabug.scenes_usd.scene import Material, Mesh, Preview, Scene
 from notabug.scenes_usd.temporary import temporary_folder
 
 Pixels = npt.NDArray[np.floating]
@@ -206,6 +206,10 @@ def _plainer(material: Material) -> Iterator[Callable[[Material], Material]]:
     black, grey = (0.0, 0.0, 0.0), (SIMPLE, SIMPLE, SIMPLE)
     if material.texture >= 0:
         yield lambda each: replace(each, texture=-1, diffuse=grey)
+    if material.preview is not None:
+        yield lambda each: replace(each, preview=None)
+        if material.preview != Preview():
+            yield lambda each: replace(each, preview=Preview())
     for name in ("specular", "mirror", "transmission"):
         if any(getattr(material, name)):
             yield lambda each, name=name: replace(each, **{name: black})  # type: ignore[misc]
@@ -219,17 +223,12 @@ def _plainer(material: Material) -> Iterator[Callable[[Material], Material]]:
 def _tidy(scene: Scene) -> Scene:
     """Without materials, textures and coordinates that nothing uses."""
     used = sorted({each.material for each in scene.objects})
-    shown = sorted({scene.materials[each].texture for each in used} - {-1})
-    materials = tuple(
-        replace(scene.materials[k], texture=shown.index(scene.materials[k].texture))
-        if scene.materials[k].texture >= 0
-        else scene.materials[k]
-        for k in used
-    )
+    shown = sorted(set().union(*(scene.materials[each].textures for each in used)))
+    materials = tuple(scene.materials[k].renumbered(shown) for k in used)
     objects = []
     for each in scene.objects:
         moved = replace(each, material=used.index(each.material))
-        if isinstance(moved, Mesh) and materials[moved.material].texture < 0:
+        if isinstance(moved, Mesh) and not materials[moved.material].textures:
             moved = replace(moved, uv=None)
         objects.append(moved)
     card = replace(scene.card, requires=frozenset(), intent=scene.card.intent if scene.intent is not None else "")

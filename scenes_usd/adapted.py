@@ -2,7 +2,7 @@
 
 The layer is a scene of its own: who renders it draws what it says, so a verdict on it holds for any renderer. It says
 which picture is meant (render settings, camera, frame, variants, purposes), carries a card, and overrules what the
-contract cannot say with what comes nearest: a point in the place of a lamp, a Lambertian in the place of metal.
+contract cannot say with what comes nearest: a point in the place of a lamp, a Lambertian in the place of MaterialX.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.reader import scene_id
 from notabug.scenes_usd.reader_camera import DEFAULT_SIZE, cameras
 from notabug.scenes_usd.reader_choice import check_frame, choose, frames, open_stage
-from notabug.scenes_usd.reader_shading import GREY, PREVIEW
+from notabug.scenes_usd.reader_inputs import PREVIEW
+from notabug.scenes_usd.reader_shading import GREY
 from notabug.scenes_usd.reader_stage import Survey, survey_layer, survey_stage
 from notabug.scenes_usd.reading import Remark, reading
 from notabug.scenes_usd.scene import Camera, Floats

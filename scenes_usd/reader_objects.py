@@ -10,10 +10,11 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
 from notabug.scenes_usd.errors import SceneError
+from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.reader_geometry import Bools, Part, Shape, place, read_shape, read_sphere
 from notabug.scenes_usd.reader_pixel import PixelGrid
 from notabug.scenes_usd.reader_prims import visible
-from notabug.scenes_usd.reader_shading import Materials
+from notabug.scenes_usd.reader_shading import GREY, Materials
 from notabug.scenes_usd.reader_solids import SOLIDS
 from notabug.scenes_usd.reader_texture import Coordinates, Textures
 from notabug.scenes_usd.reader_values import (
@@ -27,7 +28,7 @@ from notabug.scenes_usd.reader_values import (
     where,
     world_matrix,
 )
-from notabug.scenes_usd.reading import frame, going_on, note
+from notabug.scenes_usd.reading import frame, going_on, note, refuse
 from notabug.scenes_usd.scene import Floats, Ints, Mesh, Object
 
 MOST_INSTANCES = 1 << 14  # of a stage: each is an object of its own
@@ -76,6 +77,7 @@ class Drawing:
             return
         if prim.IsA(UsdGeom.Sphere):
             material = self.materials.bound_to(prim)
+            self._check_unmapped(prim, material)
             self.objects += [read_sphere(prim, material, at.matrix, at.path) for at in places]
             return
         if not self.draws(prim):
@@ -107,15 +109,31 @@ class Drawing:
         return lambda places: np.min([grid(places) for grid in grids], axis=0)
 
     def _textured(self, prim: Usd.Prim, made: Mesh, part: Part) -> Mesh:
-        texture = self.materials.found[made.material].texture
-        if texture >= 0 and made.uv is None:
+        textures = self.materials.found[made.material].textures
+        if textures and made.uv is None:
             raise fault(
                 prim,
                 f"primvars:{part.coordinates.name}",
-                f"no texture coordinates for {self.textures.found[texture].path.name}",
+                f"no texture coordinates for {self.textures.found[min(textures)].path.name}",
                 expected="texCoord2f[]",
             )
         return made
+
+    def _check_unmapped(self, prim: Usd.Prim, index: int) -> None:
+        """Refuse maps of roughness, normals and the like on a sphere, which has no coordinates to look them up at."""
+        material = self.materials.found[index]
+        if material.preview is None or not material.textures:
+            return
+        refuse(
+            fault(
+                prim,
+                "material:binding",
+                f"{material.path} has maps, and a sphere has no texture coordinates",
+                expected="a material of constants",
+                do="bind one, or make the sphere a mesh with primvars:st",
+                mends=(Opinion(material.path, "outputs:surface", "preview", GREY, "a Lambertian in its place"),),
+            )
+        )
 
     def _whole(self, prim: Usd.Prim) -> Part:
         material = self.materials.bound_to(prim)

@@ -3,34 +3,32 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdShade
 
 from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.primvar import Places
+from notabug.scenes_usd.reader_inputs import PREVIEW, Inputs
+from notabug.scenes_usd.reader_preview import PREVIEW_INPUTS, preview_of
 from notabug.scenes_usd.reader_texture import Coordinates, Textures
 from notabug.scenes_usd.reader_values import (
     Colour,
     blamed,
     check_colour,
     check_number,
-    check_plain,
     checked,
     fault,
     integers,
     opinion,
-    read,
     vectors_of,
     where,
 )
-from notabug.scenes_usd.reading import going_on, note, recovered, refuse
+from notabug.scenes_usd.reading import note, recovered, refuse
 from notabug.scenes_usd.scene import Floats, Material
 
 CONTEXT = "notabug"
 REFLECTION = "notabug:Reflection"
-PREVIEW = "UsdPreviewSurface"
 # Of an exponent: the cosine of double arithmetic is off by some 4e-16, which by then moves the highlight by 0.04 %.
 SHARPEST = 1e12
 
@@ -44,16 +42,6 @@ _REFLECTION_INPUTS = (
     "transmission",
     "ior",
 )
-_PREVIEW_ONLY = (  # input, its type, its schema's fallback, the only value the contract can say, what is not shaded
-    ("emissiveColor", "color3f", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), "emission"),
-    ("useSpecularWorkflow", "int", 0, 1, "the metallic workflow: a dielectric reflection by ior and roughness (GGX)"),
-    ("specularColor", "color3f", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), "specular reflection by roughness (GGX)"),
-    ("metallic", "float", 0.0, 0.0, "metal"),
-    ("clearcoat", "float", 0.0, 0.0, "clearcoat"),
-    ("normal", "normal3f", (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), "a normal map"),
-    ("displacement", "float", 0.0, 0.0, "displacement"),
-)
-_PREVIEW_IDLE = ("roughness", "clearcoatRoughness", "ior", "occlusion", "opacityMode")  # without effect on a Lambertian
 GREY = (0.18, 0.18, 0.18)  # the diffuse colour that UsdPreviewSurface falls back to
 _AS_COLOUR = "no material: its displayColor is drawn as Lambertian"
 _MOST_COLOURS = 64  # of the faces of one mesh: each becomes an object
@@ -162,20 +150,7 @@ class Materials:
         return self._preview(material, _preview_surface(material))
 
     def _preview(self, material: UsdShade.Material, shader: UsdShade.Shader) -> tuple[Material, Coordinates]:
-        known = {"diffuseColor", "opacity", "opacityThreshold", *_PREVIEW_IDLE, *(row[0] for row in _PREVIEW_ONLY)}
-        inputs = Inputs(shader, known, lenient=True)
-        for name, kind, fallback, only, what in _PREVIEW_ONLY:
-            mends = opinion(inputs.prim, f"inputs:{name}", kind, only)
-            with going_on():
-                check_plain(
-                    inputs.prim,
-                    f"inputs:{name}",
-                    inputs.constant(name, fallback, mends),
-                    only,
-                    f"not shaded, the contract cannot say it: {what}",
-                    do="notabug adapt draws the diffuse colour alone",
-                    mends=mends,
-                )
+        inputs = Inputs(shader, PREVIEW_INPUTS, lenient=True)
         texture, diffuse, coordinates = self._diffuse(inputs)
         solid = opinion(inputs.prim, "inputs:opacity", "float", 1.0)
         opacity = recovered(
@@ -189,7 +164,9 @@ class Materials:
         )
         if threshold > 0.0:  # a mask: what is below it is cut, the rest is opaque
             opacity = 1.0 if opacity >= threshold else 0.0
-        return Material(str(material.GetPath()), diffuse, texture, opacity=opacity), coordinates
+        painted = coordinates if texture >= 0 else None
+        preview, coordinates = preview_of(inputs, self._textures, painted, opacity)
+        return Material(str(material.GetPath()), diffuse, texture, opacity=opacity, preview=preview), coordinates
 
     def _reflection(self, material: UsdShade.Material, shader: UsdShade.Shader) -> tuple[Material, Coordinates]:
         inputs = Inputs(shader, set(_REFLECTION_INPUTS))
@@ -218,8 +195,8 @@ class Materials:
 
     def _painted(self, inputs: Inputs) -> tuple[int, Colour, Coordinates]:
         name = "inputs:diffuseColor"
-        source = inputs.source("diffuseColor")
-        if source is not None and UsdShade.Utils.GetType(source.GetName()) == UsdShade.AttributeType.Output:
+        source = inputs.shaded("diffuseColor")
+        if source is not None:
             index, coordinates = self._textures.lookup(inputs.prim, name, source)
             return index, (1.0, 1.0, 1.0), coordinates
         return -1, check_colour(inputs.prim, name, inputs.constant("diffuseColor", GREY)), Coordinates()
@@ -309,61 +286,3 @@ def _surface(material: UsdShade.Material, output: UsdShade.Output, expected: str
         got = str(shader.GetShaderId()) if shader else "no shader"
         raise fault(material.GetPrim(), str(output.GetFullName()), "unsupported shader", expected=expected, got=got)
     return shader
-
-
-class Inputs:
-    """The inputs of a shader that are authored, by name.
-
-    One that is not ``known`` is refused, or with ``lenient`` left out and noted: exporters write inputs of their own on
-    a UsdPreviewSurface, and no renderer looks at them.
-    """
-
-    def __init__(self, shader: UsdShade.Shader, known: set[str], *, lenient: bool = False) -> None:
-        self.prim = shader.GetPrim()
-        self._authored = {str(each.GetBaseName()): each for each in shader.GetInputs()}
-        for name in self._authored:
-            if name in known:
-                continue
-            if lenient:
-                note("not read", where(self.prim, f"inputs:{name}"), f"an input that {PREVIEW} does not have")
-                continue
-            expected = f"one of {', '.join(sorted(known))}"
-            refuse(fault(self.prim, f"inputs:{name}", "unknown input", expected=expected))
-
-    def source(self, name: str) -> Any:
-        """The attribute that gives the input its value, through connections and interfaces; None where nothing does."""
-        given = self._authored.get(name)
-        sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
-        if len(sources) > 1:
-            raise fault(self.prim, f"inputs:{name}", f"{len(sources)} connections", expected="one")
-        return sources[0] if sources else None
-
-    def constant(self, name: str, fallback: Any, mends: tuple[Opinion, ...] = ()) -> Any:
-        """The value of an input that must not be connected to a shader."""
-        source = self.source(name)
-        if source is None:
-            if name in self._authored and self._authored[name].HasConnectedSource():
-                raise fault(self.prim, f"inputs:{name}", "connected to something that has no value")
-            return fallback
-        if UsdShade.Utils.GetType(source.GetName()) == UsdShade.AttributeType.Output:
-            raise fault(
-                self.prim,
-                f"inputs:{name}",
-                "only diffuseColor may be textured",
-                got=str(source.GetPath()),
-                do="use a constant",
-                mends=mends,
-            )
-        found = read(self.prim, f"inputs:{name}", source)
-        return fallback if found is None else found
-
-    def number(self, name: str, *, low: float, high: float = math.inf) -> float:
-        return recovered(
-            lambda: check_number(self.prim, f"inputs:{name}", self.constant(name, 1.0), low=low, high=high), 1.0
-        )
-
-    def colour(self, name: str, *, high: float = 1.0) -> Colour:
-        black = (0.0, 0.0, 0.0)
-        return recovered(
-            lambda: check_colour(self.prim, f"inputs:{name}", self.constant(name, black), high=high), black
-        )

@@ -30,6 +30,15 @@ _UDIM = "<UDIM>"
 
 Wrap = Literal["repeat", "clamp", "mirror", "black"]
 Four = tuple[float, float, float, float]
+Use = Literal["colour", "light", "number", "normal"]
+"""What a texture is: a colour from 0 to 1, light without an upper bound, one number from 0 to 1, or a vector."""
+_RANGES: dict[Use, tuple[float, float]] = {
+    "colour": (0.0, 1.0),
+    "light": (0.0, math.inf),
+    "number": (0.0, 1.0),
+    "normal": (-1.0, 1.0),
+}
+_CHANNELS = {"outputs:r": 0, "outputs:g": 1, "outputs:b": 2}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,6 +51,10 @@ class Coordinates:
 
     def then(self, matrix: Floats, offset: Floats) -> Coordinates:
         return Coordinates(self.name, self.matrix @ matrix, self.offset @ matrix + offset)
+
+    def same(self, other: Coordinates) -> bool:
+        alike = np.array_equal(self.matrix, other.matrix) and np.array_equal(self.offset, other.offset)
+        return self.name == other.name and alike
 
     def of(self, uv: Floats) -> Floats:
         """The coordinates (n, 2) of the primvar's values ``uv`` (n, 2), which are left alone where nothing moves."""
@@ -60,11 +73,17 @@ class _Look:
     space: str
     scale: Four = (1.0, 1.0, 1.0, 1.0)
     bias: Four = (0.0, 0.0, 0.0, 0.0)
+    use: Use = "colour"
+    channel: int = -1  # of a number
 
     @property
     def is_plain(self) -> bool:
+        """Whether its texels are the file's."""
         return (
-            self.scale == (1.0,) * 4 and self.bias == (0.0,) * 4 and {self.wrap_s, self.wrap_t} <= {"repeat", "clamp"}
+            self.scale == (1.0,) * 4
+            and self.bias == (0.0,) * 4
+            and {self.wrap_s, self.wrap_t} <= {"repeat", "clamp"}
+            and self.channel < 0
         )
 
 
@@ -79,18 +98,21 @@ class Textures:
         self.found: list[Texture] = []
         self._index: dict[_Look, tuple[int, Floats, Floats]] = {}
 
-    def lookup(self, user: Usd.Prim, attribute: str, output: Usd.Attribute) -> tuple[int, Coordinates]:
+    def lookup(
+        self, user: Usd.Prim, attribute: str, output: Usd.Attribute, use: Use = "colour"
+    ) -> tuple[int, Coordinates]:
         """The index of the texture whose ``output`` feeds ``attribute`` of the shader ``user``, and where it is read.
 
         Raises SceneError where it cannot be read; where its file is missing but a fallback authored, that is drawn.
         """
         shader = UsdShade.Shader(output.GetPrim())
-        if str(shader.GetShaderId()) != "UsdUVTexture" or output.GetName() != "outputs:rgb":
+        outputs = ("outputs:rgb",) if use != "number" else tuple(_CHANNELS)
+        if str(shader.GetShaderId()) != "UsdUVTexture" or output.GetName() not in outputs:
             raise fault(
                 user,
                 attribute,
                 "unsupported connection",
-                expected="outputs:rgb of a UsdUVTexture",
+                expected=f"{', '.join(outputs)} of a UsdUVTexture",
                 got=str(output.GetPath()),
             )
         prim = shader.GetPrim()
@@ -104,7 +126,7 @@ class Textures:
             )
         scale, bias = _four(shader, "scale", (1.0,) * 4), _four(shader, "bias", (0.0,) * 4)
         name = self._file(shader)
-        look = _Look(name, wrap_s, wrap_t, space, scale, bias)
+        look = _Look(name, wrap_s, wrap_t, space, scale, bias, use, _CHANNELS.get(str(output.GetName()), -1))
         if look not in self._index:
             texture, matrix, offset = _load(shader, look)
             self._index[look] = len(self.found), matrix, offset
@@ -135,6 +157,8 @@ def _load(shader: UsdShade.Shader, look: _Look) -> tuple[Texture, Floats, Floats
     prim = shader.GetPrim()
     if not look.name:
         colour = np.array(_four(shader, "fallback", (0.0, 0.0, 0.0, 1.0)))[None, None, :3]
+        if look.channel >= 0:
+            colour = np.repeat(colour[..., look.channel, None], 3, axis=2)
         return Texture(Path("fallback"), colour), np.eye(2), np.zeros(2)
     linear, space = _texels(prim, look)
     scale, bias = np.array(look.scale[:3]), np.array(look.bias[:3])
@@ -155,11 +179,16 @@ def _load(shader: UsdShade.Shader, look: _Look) -> tuple[Texture, Floats, Floats
         wraps.append("repeat" if wrap in ("repeat", "mirror") else "clamp")
     if not look.is_plain:
         linear = linear * scale + bias
-        if linear.min() < -ROUNDED or linear.max() > 1.0 + ROUNDED:
+        low, high = _RANGES[look.use]
+        if look.channel >= 0:
+            linear = np.repeat(linear[..., look.channel, None], 3, axis=2)
+        if linear.min() < low - ROUNDED or linear.max() > high + ROUNDED:
             name = "inputs:scale" if look.scale != (1.0,) * 4 else "inputs:bias"
             got = f"{linear.min():g} to {linear.max():g}"
-            raise fault(prim, name, "texels times scale plus bias are out of range", expected="0 to 1", got=got)
-        linear = np.clip(linear, 0.0, 1.0)
+            raise fault(
+                prim, name, "texels times scale plus bias are out of range", expected=f"{low:g} to {high:g}", got=got
+            )
+        linear = np.clip(linear, low, high)
     # texels that are no longer the file's have no file: what writes the scene writes them
     path = Path(look.name) if look.is_plain else Path(f"{Path(look.name).stem}-as-drawn")
     texture = Texture(path, np.ascontiguousarray(linear), wraps[0], wraps[1], space)
@@ -190,12 +219,16 @@ def _texels(prim: Usd.Prim, look: _Look) -> tuple[Floats, Literal["raw", "sRGB"]
         )
     if space == "auto":  # UsdPreviewSurface: eight bits and three or four channels are sRGB, all else is linear
         space = "sRGB" if picture.channels in (3, 4) and picture.stored == "uint8" else "raw"
+        if space == "sRGB" and look.use in ("number", "normal"):
+            what = f"not said: a {look.use} of eight bits is decoded as sRGB, as the specification has it"
+            note("approximated", where(prim, "inputs:sourceColorSpace"), what)
     pixels: Floats = picture.pixels.astype(np.float64)
     if picture.quantum in (1 / 255, 1 / 65535):  # the exact fractions, without the float32 they were read through
         pixels = np.rint(pixels / picture.quantum) / round(1 / picture.quantum)
-    if not (np.isfinite(pixels).all() and pixels.min() >= -ROUNDED and pixels.max() <= 1.0 + ROUNDED):
-        raise fault(prim, "inputs:file", "texels out of range", expected="0 to 1", got=name)
-    pixels = np.clip(pixels, 0.0, 1.0)
+    low, high = _RANGES[look.use]
+    if not (np.isfinite(pixels).all() and pixels.min() >= low - ROUNDED and pixels.max() <= high + ROUNDED):
+        raise fault(prim, "inputs:file", "texels out of range", expected=f"{low:g} to {high:g}", got=name)
+    pixels = np.clip(pixels, low, high)
     if space == "sRGB":
         return decode_srgb(pixels), "sRGB"
     return pixels, "raw"

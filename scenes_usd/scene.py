@@ -7,7 +7,7 @@ RGB with Rec. 709 primaries. All arrays are float64 and C-contiguous, and not to
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -49,6 +49,41 @@ class Texture:
     colour_space: Literal["raw", "sRGB"] = "raw"
 
 
+@dataclass(frozen=True, slots=True)
+class Preview:
+    """What UsdPreviewSurface adds to a diffuse colour, as its specification and previewSurface.glslfx have it.
+
+    F0 and F90 are ((1 - ior) / (1 + ior))^2 and 1, towards the diffuse colour by ``metallic``; or ``specular`` and 1
+    with ``specular_workflow``. F = F0 + (F90 - F0)(1 - V.H)^5 (Schlick), D is GGX of alpha = roughness^2.
+    Radiance = emission + sum over lights of shadow * E * N.L * (diffuse * (1 - F)(1 - metallic) / pi +
+    D * G * F / (4 N.L N.V)), and the last term again for the clearcoat, whose F0 and F90 are those of the ior.
+    Direct light only: nothing is seen in these surfaces, and what they emit lights nothing.
+
+    ``masking`` is G: Smith's of both directions multiplied, Smith's of both as one (height-correlated), or what
+    previewSurface.glslfx has, Schlick's fit with k = alpha / 2. Each ``_map`` is an index into Scene.textures that
+    replaces the constant, or -1: of metallic and roughness all channels are alike; of normals the texels are vectors in
+    the frame (dP/du, dP/dv, N).
+    """
+
+    specular_workflow: bool = False
+    metallic: float = 0.0
+    roughness: float = 0.5
+    ior: float = 1.5
+    clearcoat: float = 0.0
+    clearcoat_roughness: float = 0.01
+    specular: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    emission: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    masking: Literal["separable", "correlated", "schlick"] = "separable"
+    metallic_map: int = -1
+    roughness_map: int = -1
+    emission_map: int = -1
+    normal_map: int = -1
+
+    @property
+    def maps(self) -> tuple[int, int, int, int]:
+        return self.metallic_map, self.roughness_map, self.emission_map, self.normal_map
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
     """Lambert plus a Phong or Blinn lobe, mirror and transmission; every colour is a (3,) tuple.
@@ -68,6 +103,25 @@ class Material:
     transmission: tuple[float, float, float] = (0.0, 0.0, 0.0)
     ior: float = 1.0
     opacity: float = 1.0
+    preview: Preview | None = field(
+        default=None, metadata={"left out": None}
+    )  # of specular, mirror and glass none then
+
+    @property
+    def textures(self) -> frozenset[int]:
+        """The textures that it shows."""
+        return frozenset({self.texture, *(self.preview.maps if self.preview else ())} - {-1})
+
+    def renumbered(self, shown: Sequence[int]) -> Material:
+        """The material among the textures ``shown`` alone, by their places there."""
+        places = {index: place for place, index in enumerate(shown)}
+        preview = self.preview
+        if preview is not None:
+            metallic, roughness, emission, normal = (places.get(index, -1) for index in preview.maps)
+            preview = replace(
+                preview, metallic_map=metallic, roughness_map=roughness, emission_map=emission, normal_map=normal
+            )
+        return replace(self, texture=places.get(self.texture, -1), preview=preview)
 
     @property
     def sends_on(self) -> bool:

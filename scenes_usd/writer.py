@@ -12,8 +12,9 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, Vt
 
 from notabug.scenes_usd.lens import write_lens
 from notabug.scenes_usd.picture import write_exr
-from notabug.scenes_usd.reader_shading import CONTEXT, PREVIEW, REFLECTION
-from notabug.scenes_usd.scene import Floats, Light, Material, Mesh, Object, Scene, Sphere, Texture
+from notabug.scenes_usd.reader_inputs import PREVIEW
+from notabug.scenes_usd.reader_shading import CONTEXT, REFLECTION
+from notabug.scenes_usd.scene import Floats, Light, Material, Mesh, Object, Preview, Scene, Sphere, Texture
 
 _EXACT = 1e-14  # of the largest coordinate: two roundings of the way into the frame and back
 
@@ -144,27 +145,61 @@ def _material(stage: Usd.Stage, material: Material, files: list[tuple[str, Textu
         say("cosineWeighted", types.Bool, material.cosine_weighted)
         made.CreateSurfaceOutput(CONTEXT).ConnectToSource(shader.CreateOutput("surface", types.Token))
         return
-    say("useSpecularWorkflow", types.Int, 1)
-    say("specularColor", types.Color3f, Gf.Vec3f(0.0))
-    say("metallic", types.Float, 0.0)
+    surface = material.preview
+    if surface is None:
+        say("useSpecularWorkflow", types.Int, 1)
+        say("specularColor", types.Color3f, Gf.Vec3f(0.0))
+        say("metallic", types.Float, 0.0)
+    else:
+        _preview(stage, material.path, shader, surface, files)
     if material.opacity < 1.0:
         say("opacity", types.Float, material.opacity)
+        if surface is not None:
+            say("opacityMode", types.Token, "presence")
     made.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", types.Token))
 
 
-def _texture(stage: Usd.Stage, path: str, file: str, texture: Texture) -> Any:
+def _preview(
+    stage: Usd.Stage, path: str, shader: UsdShade.Shader, surface: Preview, files: list[tuple[str, Texture]]
+) -> None:
+    """The inputs of ``shader`` beside its diffuse colour and opacity."""
+    types = Sdf.ValueTypeNames
+    shader.CreateInput("useSpecularWorkflow", types.Int).Set(int(surface.specular_workflow))
+    shader.CreateInput("specularColor", types.Color3f).Set(Gf.Vec3f(*surface.specular))
+    shader.CreateInput("ior", types.Float).Set(surface.ior)
+    shader.CreateInput("clearcoat", types.Float).Set(surface.clearcoat)
+    shader.CreateInput("clearcoatRoughness", types.Float).Set(surface.clearcoat_roughness)
+    numbers = (("metallic", surface.metallic), ("roughness", surface.roughness))
+    for (name, value), index in zip(numbers, surface.maps[:2], strict=True):
+        made = shader.CreateInput(name, types.Float)
+        if index < 0:
+            made.Set(value)
+        else:
+            made.ConnectToSource(_texture(stage, path, *files[index], name=name.capitalize(), output="r"))
+    colours = (("emissiveColor", types.Color3f, surface.emission), ("normal", types.Normal3f, (0.0, 0.0, 1.0)))
+    for (name, kind, colour), index in zip(colours, surface.maps[2:], strict=True):
+        made = shader.CreateInput(name, kind)
+        if index < 0:
+            made.Set(Gf.Vec3f(*colour))
+        else:
+            made.ConnectToSource(_texture(stage, path, *files[index], name=name.capitalize()))
+
+
+def _texture(
+    stage: Usd.Stage, path: str, file: str, texture: Texture, *, name: str = "Texture", output: str = "rgb"
+) -> Any:
     types = Sdf.ValueTypeNames
     reader = UsdShade.Shader.Define(stage, f"{path}/Coordinates")
     reader.CreateIdAttr("UsdPrimvarReader_float2")
     reader.CreateInput("varname", types.String).Set("st")
-    shader = UsdShade.Shader.Define(stage, f"{path}/Texture")
+    shader = UsdShade.Shader.Define(stage, f"{path}/{name}")
     shader.CreateIdAttr("UsdUVTexture")
     shader.CreateInput("file", types.Asset).Set(Sdf.AssetPath(f"./{file}"))
     shader.CreateInput("sourceColorSpace", types.Token).Set(texture.colour_space)
     shader.CreateInput("wrapS", types.Token).Set(texture.wrap_s)
     shader.CreateInput("wrapT", types.Token).Set(texture.wrap_t)
     shader.CreateInput("st", types.Float2).ConnectToSource(reader.CreateOutput("result", types.Float2))
-    return shader.CreateOutput("rgb", types.Float3)
+    return shader.CreateOutput(output, types.Float3 if output == "rgb" else types.Float)
 
 
 def _object(stage: Usd.Stage, each: Object, materials: tuple[Material, ...]) -> None:

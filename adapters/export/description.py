@@ -20,7 +20,7 @@ VERSION = 1
 SPLIT: Literal["02"] = "02"  # the diagonal by which n-gons are cut where a format has only triangles
 
 
-_MATERIAL = tuple(each.name for each in fields(Material) if each.name != "path")
+_MATERIAL = tuple(each.name for each in fields(Material) if each.name not in ("path", "preview"))
 
 
 def describe(scene: Scene) -> dict[str, Any]:
@@ -69,7 +69,8 @@ def _light(light: Light) -> dict[str, Any]:
 
 
 def _material(material: Material) -> dict[str, Any]:
-    return {name: getattr(material, name) for name in _MATERIAL}
+    said = {name: getattr(material, name) for name in _MATERIAL}
+    return said if material.preview is None else {**said, "preview": asdict(material.preview)}
 
 
 def _texture(index: int, texture: Texture) -> dict[str, Any]:

@@ -112,6 +112,11 @@ Scene<T> scene_of(const py::handle& flat) {
         scene.lobes.specular = field_of<T, Specular<T>>(lobes, "specular", materials.count);
         scene.lobes.kind = field_of<std::int32_t>(lobes, "kind", materials.count);
     }
+    if (const py::object previews = flat.attr("previews"); !previews.is_none()) {
+        scene.previews.surface = field_of<T, PreviewSurface<T>>(previews, "surface", materials.count);
+        scene.previews.maps = field_of<std::int32_t, PreviewMaps>(previews, "maps", materials.count);
+        if (flat.attr("secondary").is_none()) throw py::value_error("previews: expected coefficients beside them");
+    }
     if (const py::object secondary = flat.attr("secondary"); !secondary.is_none())
         scene.secondary = field_of<T, Coefficients<T>>(secondary, "coefficients", materials.count);
     return scene;

@@ -121,6 +121,28 @@ struct Coefficients {
     T ior;
 };
 
+constexpr int metallic_workflow = 1, specular_workflow = 2;
+enum class Masking : int { separable, correlated, schlick };
+
+// A UsdPreviewSurface with more than a diffuse colour: see preview.h.
+template <class T>
+struct PreviewSurface {
+    T workflow;  // 0 where the material is no such surface
+    T metallic, roughness, ior, clearcoat, clearcoat_roughness;
+    T masking;  // a Masking
+    Vec3<T> specular, emission;
+};
+
+struct PreviewMaps {  // textures, or -1
+    std::int32_t metallic, roughness, emission, normal;
+};
+
+template <class T>
+struct Previews {
+    const PreviewSurface<T>* surface = nullptr;
+    const PreviewMaps* maps = nullptr;
+};
+
 template <class T>
 struct Leaf;
 
@@ -154,13 +176,15 @@ struct Scene {
     Spheres<T> spheres;
     Lobes<T> lobes;
     const Coefficients<T>* secondary = nullptr;  // of each material, where any sends rays on
+    Previews<T> previews;                        // of each material, where any is such a surface
 };
 
 // What a scene has, known when this is compiled: what it lacks then costs nothing.
-template <bool has_spheres, bool has_secondary>
+template <bool has_spheres, bool has_secondary, bool has_previews = false>
 struct Features {
     static constexpr bool spheres = has_spheres;
     static constexpr bool secondary = has_secondary;
+    static constexpr bool previews = has_previews;
 };
 
 }  // namespace notabug

@@ -1,6 +1,7 @@
 // What a ray sees: the first hit, which of coincident surfaces wins it, and the surface there.
 #pragma once
 
+#include "preview.h"
 #include "shade.h"
 #include "shadow.h"
 #include "start.h"

@@ -104,6 +104,15 @@ struct Whitted {
         const Vec3<T>& g = s.facet;
         Vec3<T> at = s.at, N = s.normal, V = -ray.direction, leave = start.at;
         T part = 1;
+        PreviewSurface<T> preview{};  // no such surface
+        [[maybe_unused]] Vec3<T> bumped = N;
+        if constexpr (F::previews) {
+            if (scene.previews.surface && scene.previews.surface[material].workflow != 0) {
+                preview = preview_at(scene, material, s.u, s.v, option.texels);
+                lit.colour = preview.emission;
+                bumped = mapped_normal(scene, material, hit.triangle, s.u, s.v, N, option.texels);
+            }
+        }
         const int count = static_cast<int>(scene.lights);
         const int turns = s.painted || gouraud ? count * (!gouraud ? 1 : s.weights.quad >= 0 ? 4 : 3) : 0;
         for (int turn = 0; turn < turns; ++turn) {
@@ -182,10 +191,20 @@ struct Whitted {
             if (mirrored && option.mirrored_highlight == MirroredHighlight::lost) h = 0;
             const Vec3<T> E = mul(e, light.intensity);
             const T lambert = std::max(nl, T(0));
-            const Vec3<T> diffuse{E.x * colour.x * lambert, E.y * colour.y * lambert, E.z * colour.z * lambert};
-            lit.colour = lit.colour + diffuse;
+            Vec3<T> diffuse{E.x * colour.x * lambert, E.y * colour.y * lambert, E.z * colour.z * lambert};
             Vec3<T> specular{0, 0, 0};
-            if (scene.lobes.kind) {
+            if constexpr (F::previews) {
+                if (preview.workflow != 0) {
+                    const Reflected<T> part_of = reflected(preview, colour, gouraud ? N : bumped, to.L,
+                                                              wrong ? primary_view : V);
+                    diffuse = mul(E, mul(colour, part_of.diffuse));
+                    if (!mirrored || option.mirrored_highlight != MirroredHighlight::lost)
+                        specular = mul(E, part_of.specular);
+                    lit.colour = lit.colour + specular;
+                }
+            }
+            lit.colour = lit.colour + diffuse;
+            if (scene.lobes.kind && preview.workflow == 0) {
                 const Vec3<T>& tint = scene.lobes.specular[material].colour;
                 specular = {E.x * h * tint.x, E.y * h * tint.y, E.z * h * tint.z};
                 lit.colour = lit.colour + specular;

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from notabug.references.tracer import bvh
 from notabug.scenes_usd.faces import patches, shapes
-from notabug.scenes_usd.scene import Mesh, Object, Scene
+from notabug.scenes_usd.scene import Mesh, Object, Preview, Scene
 from notabug.scenes_usd.triangulate import Triangles, triangulate
 
 Array = npt.NDArray[Any]
@@ -58,6 +58,13 @@ class Secondary(NamedTuple):
     coefficients: Array  # (m, 8)
 
 
+class Previews(NamedTuple):
+    """UsdPreviewSurface per material: see PreviewSurface and PreviewMaps of references/native/scene.h."""
+
+    surface: Array  # (m, 13)
+    maps: Array  # (m, 4) textures, or -1
+
+
 class Flat(NamedTuple):
     """A scene for the native code. Triangles are in the order of the hierarchy's leaves."""
 
@@ -83,6 +90,7 @@ class Flat(NamedTuple):
     spheres: Spheres | None
     lobes: Lobes | None
     secondary: Secondary | None
+    previews: Previews | None
 
 
 def sagitta(points: npt.NDArray[np.float64], normals: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -197,6 +205,7 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
         spheres=_spheres(scene, real),
         lobes=_lobes(scene, real),
         secondary=_secondary(scene, real),
+        previews=_previews(scene, real),
     )
 
 
@@ -303,6 +312,33 @@ def _lobes(scene: Scene, real: Any) -> Lobes | None:
 
 def _secondary(scene: Scene, real: Any) -> Secondary | None:
     rows = [(each.opacity, *each.mirror, *each.transmission, each.ior) for each in scene.materials]
-    if all(row[0] == 1.0 and not any(row[1:7]) for row in rows):
+    plain = all(row[0] == 1.0 and not any(row[1:7]) for row in rows)
+    if plain and all(each.preview is None for each in scene.materials):
         return None
     return Secondary(real(rows))
+
+
+_MASKING = ("separable", "correlated", "schlick")  # in the order of Masking in references/native/scene.h
+
+
+def _previews(scene: Scene, real: Any) -> Previews | None:
+    found = [each.preview for each in scene.materials]
+    if not any(found):
+        return None
+    surface = [(0.0,) * 13 if each is None else _preview(each) for each in found]
+    maps = [(-1,) * 4 if each is None else each.maps for each in found]
+    return Previews(real(surface), np.array(maps, np.int32))
+
+
+def _preview(surface: Preview) -> tuple[float, ...]:
+    return (
+        2.0 if surface.specular_workflow else 1.0,
+        surface.metallic,
+        surface.roughness,
+        surface.ior,
+        surface.clearcoat,
+        surface.clearcoat_roughness,
+        float(_MASKING.index(surface.masking)),
+        *surface.specular,
+        *surface.emission,
+    )

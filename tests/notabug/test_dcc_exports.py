@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from notabug.adapters.base import Quality, RendererMissingError
+from notabug.adapters.base import Quality, RendererMissingError, UnsupportedError
 from notabug.adapters.registry import adapter
 from notabug.metrics.judge import judge
 from notabug.outcome import BLACK
@@ -63,12 +63,20 @@ def verdict(renderer: str, drawn: Scene, meant: Scene, folder: Path) -> str:
     return judge(pictures, meant, who.declaration(quality), perceive=False).verdict.word
 
 
-@pytest.mark.parametrize("renderer", ["inhouse", "povray", "mitsuba"])
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    ("name", "renderer"), [*((name, who) for name in NAMES for who in ("inhouse", "mitsuba")), ("maya", "povray")]
+)
 def test_an_export_is_judged_as_it_is(name: str, renderer: str, exported: Path, tmp_path: Path) -> None:
     scene = taken(exported, name)
     assert np.mean(preview(scene).max(axis=2) > 0.02) > 0.1, "there is something to be seen"
     assert verdict(renderer, scene, scene, tmp_path) in ("pass", "limitation")
+
+
+@pytest.mark.parametrize("name", ["blender", "houdini"])
+def test_a_renderer_without_its_surfaces_says_so(name: str, exported: Path, tmp_path: Path) -> None:
+    """They have roughness: a Lambertian in its place would be another scene."""
+    with pytest.raises(UnsupportedError, match="needs dielectric, ggx"):
+        adapter("povray").render(taken(exported, name), tmp_path, Quality(samples=1))
 
 
 def light_moved(scene: Scene) -> Scene:
@@ -129,8 +137,11 @@ def test_what_is_planted_is_a_bug(name: str, fault: Edit | View, exported: Path,
     assert verdict("inhouse", wrong(exported, name, fault), taken(exported, name), tmp_path) == "bug"
 
 
-@pytest.mark.parametrize("renderer", ["povray", "mitsuba"])
-@pytest.mark.parametrize(("name", "fault"), [FAULTS[0], FAULTS[3]], ids=["light", "offset"])
+@pytest.mark.parametrize(
+    ("renderer", "name", "fault"),
+    [("mitsuba", *FAULTS[0]), ("mitsuba", *FAULTS[3]), ("povray", *FAULTS[5])],
+    ids=["light", "offset", "frame"],
+)
 def test_renderers_with_a_planted_fault(
     name: str, fault: Edit | View, renderer: str, exported: Path, tmp_path: Path
 ) -> None:

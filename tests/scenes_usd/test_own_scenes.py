@@ -6,6 +6,7 @@ import contextlib
 import importlib.util
 import json
 import sys
+from dataclasses import asdict, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -22,8 +23,9 @@ from notabug.scenes_usd.errors import ManyFaultsError, SceneError, SelectionErro
 from notabug.scenes_usd.own import as_usd, take_scene
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader_stage import read_stage, survey_stage
-from notabug.scenes_usd.scene import Mesh, Scene, Sphere
+from notabug.scenes_usd.scene import Material, Mesh, Preview, Scene, Sphere
 from notabug.scenes_usd.view import View
+from notabug.scenes_usd.writer import write_scene
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -220,7 +222,8 @@ TEN = {
     "BODY": "float4[] clippingPlanes = [(1, 0, 0, 0)]",
     "two": f'{own.PLAIN_LIGHT}def RectLight "Area"\n{{\n}}\ndef DomeLight "Sky"\n{{\n}}\n',
     "bulb": own.PLAIN_LIGHT.replace('"Light"', '"Bulb"').replace("bool treatAsPoint = 1", "float inputs:radius = 1"),
-    "look": "float inputs:metallic = 1\nfloat inputs:clearcoat = 1\ncolor3f inputs:emissiveColor = (1, 0, 0)",
+    "look": "float inputs:metallic = 2\nfloat inputs:clearcoat = -1\ncolor3f inputs:emissiveColor = (-1, 0, 0)\n"
+    "float inputs:displacement = 1",
     "broken": own.mesh(own.SQUARE.replace("[4]", "[3]"), "Broken")
     + own.mesh(own.SQUARE.replace("(1,1,0)", "(1,nan,0)"), "Nan"),
 }
@@ -230,9 +233,9 @@ FAULTS = [
     "/World/Bulb.treatAsPoint",
     "/World/Camera.clippingPlanes",
     "/World/Look/Surface.inputs:clearcoat",
+    "/World/Look/Surface.inputs:displacement",
     "/World/Look/Surface.inputs:emissiveColor",
     "/World/Look/Surface.inputs:metallic",
-    "/World/Look/Surface.inputs:useSpecularWorkflow",
     "/World/Nan.points",
     "/World/Sky",
 ]
@@ -488,7 +491,7 @@ def test_a_scene_without_camera_and_light_gets_both(files: dict[str, Path], tmp_
 @pytest.mark.parametrize("nested", [False, True])
 def test_what_is_inside_an_instance_is_overruled(nested: bool, tmp_path: Path) -> None:
     """The instance becomes a prim of its own: an opinion on what several share would have no place."""
-    look = own.shader(f"float inputs:metallic = 1\n{own.LAMBERT}").replace("/World/", "/Part/")
+    look = own.shader(f"float inputs:displacement = 1\n{own.LAMBERT}").replace("/World/", "/Part/")
     inner = own.mesh(own.BOX + own.NONE, bind="\n    rel material:binding = </Part/Look>")
     (tmp_path / "part.usda").write_text(
         f'#usda 1.0\n(defaultPrim = "Part")\ndef Xform "Part"\n{{\n{look}{inner}}}\n', "utf-8"
@@ -499,7 +502,7 @@ def test_what_is_inside_an_instance_is_overruled(nested: bool, tmp_path: Path) -
     path = tmp_path / "scene.usda"
     path.write_text(own.Feature("", "", "adapted", shape=shape, look="").text, "utf-8")
     before = survey_stage(path, "own", {})
-    assert [each.where.endswith("inputs:metallic") for each in before.remarks] == [True] * len(before.remarks)
+    assert [each.where.endswith("inputs:displacement") for each in before.remarks] == [True] * len(before.remarks)
     made = adapt(path, tmp_path / "own.usda", {}, View())
     assert made.survey.scene is not None
     assert len(made.survey.scene.objects) == 2
@@ -534,3 +537,111 @@ def test_what_the_layer_may_be_is_checked(ten: Path, tmp_path: Path) -> None:
     (tmp_path / "bad.usda").write_text("no USD", "utf-8")
     with pytest.raises(SceneError, match="cannot be opened"):
         adapt(tmp_path / "bad.usda", tmp_path / "own.usda", {}, View())
+
+
+# --- preview surfaces -----------------------------------------------------------------------------------------------
+
+
+def surface(files: dict[str, Path], name: str) -> Any:
+    (found,) = (each for each in read(files, name).materials if each.path == "/World/Look")
+    return found.preview
+
+
+def test_preview_surfaces_are_read_as_they_are_written(files: dict[str, Path]) -> None:
+    default = surface(files, "metallic workflow with roughness (Blender's default)")
+    assert (default.specular_workflow, default.metallic, default.roughness, default.ior) == (False, 0.0, 0.5, 1.5)
+    assert surface(files, "metal").metallic == 1.0
+    glossy = surface(files, "specular workflow, glossy")
+    assert glossy.specular_workflow
+    assert glossy.specular == pytest.approx((0.2, 0.1, 0.3))
+    assert (glossy.roughness, glossy.metallic) == (pytest.approx(0.2), 0.0), "metallic is of the other workflow"
+    coat = surface(files, "clearcoat")
+    assert (coat.clearcoat, coat.clearcoat_roughness) == (1.0, 0.01)
+    assert surface(files, "emission").emission == (1.0, 0.0, 0.0)
+    for name in (
+        "UsdPreviewSurface, diffuse",
+        "opacity",
+        "roughness and occlusion maps (without effect on a Lambertian)",
+    ):
+        assert surface(files, name) is None, "Lambert's, as before"
+
+
+def test_maps_are_the_channels_that_are_connected(files: dict[str, Path]) -> None:
+    scene = read(files, "roughness and metallic maps, packed")
+    (found,) = (each.preview for each in scene.materials)
+    assert found is not None
+    stored = np.arange(40, 88).reshape(4, 4, 3) / 255
+    for index, channel in ((found.roughness_map, 1), (found.metallic_map, 2)):
+        assert scene.textures[index].pixels == pytest.approx(np.repeat(stored[..., channel, None], 3, axis=2))
+    assert meshes(scene)[0].uv is not None
+    scene = read(files, "normal map with scale and bias")
+    (found,) = (each.preview for each in scene.materials)
+    assert found is not None
+    assert scene.textures[found.normal_map].pixels == pytest.approx(2 * stored - 1)
+    scene = read(files, "emission map")
+    (found,) = (each.preview for each in scene.materials)
+    assert found is not None
+    assert scene.textures[found.emission_map].colour_space == "sRGB"
+
+
+@pytest.mark.parametrize(
+    ("name", "where", "what"),
+    [
+        ("metal", "/World/Look/Surface", "direct light only"),
+        ("clearcoat", "/World/Look/Surface.inputs:clearcoatRoughness", "0.01: whether a sample"),
+        ("normal map", "/World/Look/Texture.inputs:sourceColorSpace", "decoded as sRGB"),
+        ("roughness and occlusion maps (without effect on a Lambertian)", ".inputs:specularColor", "Lambert's surface"),
+    ],
+)
+def test_what_a_picture_cannot_show_of_it_is_told(name: str, where: str, what: str, files: dict[str, Path]) -> None:
+    remarks = survey_stage(files[name], "own", {}).remarks
+    assert any(each.kind == "approximated" and each.where.endswith(where) and what in each.what for each in remarks)
+
+
+def test_a_map_that_cannot_be_read_is_refused_in_one_line(files: dict[str, Path]) -> None:
+    with pytest.raises(SceneError, match=r"/World/Look/Surface\.inputs:roughness: looked up elsewhere") as caught:
+        read(files, "maps with coordinates of their own")
+    assert "use one primvar" in str(caught.value)
+    taken = take_scene(files["maps with coordinates of their own"])
+    (preview,) = (each.preview for each in taken.scene.materials)
+    assert preview is not None
+    assert (preview.roughness_map, preview.roughness) == (-1, 0.5), "the schema's own, once the map is gone"
+
+
+def test_maps_on_a_sphere_are_refused(files: dict[str, Path]) -> None:
+    feature = next(each for each in own.FEATURES if each.name == "roughness and metallic maps, packed")
+    path = files["metal"].with_name("ball.usda")
+    path.write_text(replace(feature, shape=own.solid("Sphere")).text, "utf-8")
+    with pytest.raises(SceneError, match=r"/World/Shape\.material:binding: /World/Look has maps"):
+        read_stage(path, "own", {})
+    assert [type(each) for each in take_scene(path).scene.objects] == [Sphere]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("metal", "clearcoat", "emission", "specular workflow, glossy", "roughness and metallic maps, packed"),
+        *("normal map with scale and bias", "emission map"),
+    ],
+)
+def test_written_it_reads_back(name: str, files: dict[str, Path], tmp_path: Path) -> None:
+    scene = read(files, name)
+    back = read_stage(write_scene(scene, tmp_path / "scene.usda"), "own", {})
+    for found, said in zip(back.materials, scene.materials, strict=True):
+        assert found.preview is not None
+        assert said.preview is not None
+        told, meant = asdict(found.preview), asdict(said.preview)
+        assert told == {
+            key: pytest.approx(value) if isinstance(value, float) else value for key, value in meant.items()
+        }
+    for index, texture in enumerate(scene.textures):
+        assert back.textures[index].pixels == pytest.approx(texture.pixels, abs=1e-7)
+
+
+def test_textures_are_renumbered_when_others_go() -> None:
+    material = Material("/Look", (1.0, 1.0, 1.0), 2, preview=Preview(roughness_map=4, normal_map=1))
+    assert material.textures == {1, 2, 4}
+    kept = material.renumbered([1, 2, 4])
+    assert (kept.texture, kept.preview) == (1, Preview(roughness_map=2, normal_map=0))
+    bare = material.renumbered([4])
+    assert (bare.texture, bare.preview) == (-1, Preview(roughness_map=0))

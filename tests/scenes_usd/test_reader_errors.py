@@ -215,25 +215,37 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
         "/Scene/Grey.outputs:notabug:surface",
         "expected notabug:Reflection, got UsdPreviewSurface",
     ),
-    "emissive": (preview("color3f inputs:emissiveColor = (1, 0, 0)"), f"{PREVIEW}.inputs:emissiveColor", "notabug"),
-    "clearcoat": (preview("float inputs:clearcoat = 1"), f"{PREVIEW}.inputs:clearcoat", "expected 0"),
-    "metallic": (preview("float inputs:metallic = 0.5"), f"{PREVIEW}.inputs:metallic", "got 0.5"),
-    "specular": (
-        preview("color3f inputs:specularColor = (1, 1, 1)"),
-        f"{PREVIEW}.inputs:specularColor",
-        "(1.0, 1.0, 1.0)",
+    "emissive": (preview("color3f inputs:emissiveColor = (-1, 0, 0)"), f"{PREVIEW}.inputs:emissiveColor", "at least 0"),
+    "clearcoat": (preview("float inputs:clearcoat = 1.5"), f"{PREVIEW}.inputs:clearcoat", "0 to 1"),
+    "roughness": (
+        preview("color3f inputs:specularColor = (1, 1, 1)\nfloat inputs:roughness = 2"),
+        f"{PREVIEW}.inputs:roughness",
+        "0 to 1",
+    ),
+    "specular": (preview("color3f inputs:specularColor = (1, 1, 2)"), f"{PREVIEW}.inputs:specularColor", "0 to 1"),
+    "clear and glossy": (
+        preview("color3f inputs:specularColor = (1, 1, 1)\nfloat inputs:opacity = 0.5"),
+        f"{PREVIEW}.inputs:opacity",
+        "presence",
     ),
     "displacement": (preview("float inputs:displacement = 1"), f"{PREVIEW}.inputs:displacement", "expected 0"),
-    "normal map": (
-        preview("normal3f inputs:normal.connect = </Scene/Picture/Texture.outputs:rgb>"),
-        f"{PREVIEW}.inputs:normal",
-        "only diffuseColor",
+    "clearcoat map": (
+        preview("float inputs:clearcoat.connect = </Scene/Picture/Texture.outputs:rgb>"),
+        f"{PREVIEW}.inputs:clearcoat",
+        "may not be textured",
     ),
+    "constant normal": (preview("normal3f inputs:normal = (0, 1, 0)"), f"{PREVIEW}.inputs:normal", "only a map"),
     "opacity": (preview("float inputs:opacity = 1.5"), f"{PREVIEW}.inputs:opacity", "0 to 1"),
-    "metal workflow": (
-        (GREY, ("(0.5, 0.25, 0.125)\n            int inputs:useSpecularWorkflow = 1", "(0.5, 0.25, 0.125)")),
+    "workflow": (
+        (
+            GREY,
+            (
+                "(0.5, 0.25, 0.125)\n            int inputs:useSpecularWorkflow = 1",
+                "(0.5, 0.25, 0.125)\n            int inputs:useSpecularWorkflow = 2",
+            ),
+        ),
         f"{PREVIEW}.inputs:useSpecularWorkflow",
-        "expected 1, got 0",
+        "0 to 1",
     ),
     "albedo": ((GREY, ("(0.5, 0.25, 0.125)", "(0.5, 1.25, 0.125)")), f"{PREVIEW}.inputs:diffuseColor", "1.25"),
     "lobe": (reflection('token inputs:lobe = "ward"'), "/Scene/Grey/Own.inputs:lobe", "phong or blinn"),

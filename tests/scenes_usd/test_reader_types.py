@@ -193,7 +193,7 @@ def test_a_projective_matrix_is_refused(last: str, write: Write) -> None:
         ("bool treatAsPoint", "float inputs:diffuse = 0.99999994\nbool treatAsPoint"),
         ("# texture", "float4 inputs:scale = (1, 0.99999994, 1, 1)"),
         ("(0.5, 0.25, 0.125)", "(1.0000001, 0, -1e-10)"),
-        ("# preview", "float inputs:metallic = 1e-9"),
+        ("# preview", "float inputs:clearcoat = 1e-9"),
         ("# preview", "float inputs:opacity = 1.0000001"),
         ("# group", f"{look_at(ALMOST)}"),
     ],
@@ -209,7 +209,7 @@ def test_what_is_rounded_has_a_tolerance(old: str, new: str, write: Write) -> No
     ("old", "new", "where"),
     [
         ("# preview", "float inputs:opacity = 1.001", "/Scene/Grey/Surface.inputs:opacity"),
-        ("# preview", "float inputs:metallic = 0.001", "/Scene/Grey/Surface.inputs:metallic"),
+        ("# preview", "float inputs:clearcoat = 1.001", "/Scene/Grey/Surface.inputs:clearcoat"),
     ],
 )
 def test_the_tolerance_is_small(old: str, new: str, where: str, write: Write) -> None:

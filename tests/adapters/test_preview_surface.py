@@ -1,0 +1,76 @@
+"""Mitsuba's own GGX against the in-house tracer's: ``roughconductor`` where it is all metal, else its D and G."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from notabug.adapters.base import Quality, UnsupportedError
+from notabug.adapters.cycles import Cycles
+from notabug.adapters.mitsuba_job import job
+from notabug.adapters.registry import needs
+from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.scenes_usd.scene import Material, Preview, Texture
+
+ALBEDO = (0.8, 0.5, 0.1)
+METAL = Preview(metallic=1.0, roughness=0.35)
+MAPPED = Preview(metallic_map=0, roughness_map=1)
+OTHERS = {
+    "dielectric": Preview(roughness=0.5, ior=1.7),
+    "half metal": Preview(metallic=0.4, roughness=0.3),
+    "specular": Preview(specular_workflow=True, specular=(0.2, 0.4, 0.6), roughness=0.6),
+    "clearcoat": Preview(roughness=0.7, clearcoat=0.8, clearcoat_roughness=0.3),
+    "mapped": MAPPED,
+}
+
+
+def scene_of(stage: Any, surface: Preview, **look: Any) -> Any:
+    """A floor and a ball under two lights."""
+    lights = [stage.point((2.0, 1.0, 4.0), (60.0, 50.0, 40.0)), stage.distant((-1, -1, 2), (0.5, 0.5, 0.5))]
+    uv = np.array([(0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0)])
+    floor = stage.quad(half=4.0, at=(0, 0, -1), uv=uv)
+    textures = [Texture(Path("m.exr"), grey([[0.0, 1.0]])), Texture(Path("r.exr"), grey([[0.4], [0.8], [0.6]]))]
+    looks = [Material("/Scene/Look", ALBEDO, preview=surface, **look)]
+    return stage.scene([stage.replace(stage.ball(), uv=None), floor], lights, stage.camera((1, -4, 3)), looks, textures)
+
+
+def grey(values: Any) -> Any:
+    return np.repeat(np.asarray(values, float)[..., None], 3, axis=2)
+
+
+def differ(stage: Any, adapter: Any, scene: Any) -> Any:
+    """The pixels whose relative difference from the in-house tracer's is more than float32 makes."""
+    expected = trace_picture(scene, Options(shadows="facets", silhouette="flip"))
+    picture = stage.draw(adapter, scene)
+    assert expected.max() > 0.5
+    return (np.abs(picture - expected) > 2e-5 + 2e-4 * expected).any(axis=2)
+
+
+def test_metal_is_mitsubas_own_rough_conductor(stage: Any, mitsuba: Any) -> None:
+    scene = scene_of(stage, METAL)
+    document, _ = job(scene, Quality(samples=1))
+    assert not document["looks"]["0"]["scripted"], "no line of it is ours"
+    assert differ(stage, mitsuba, scene).sum() <= 8, "pixels through which an edge of a facet or of a shadow passes"
+    twice = replace(scene, materials=(replace(scene.materials[0], preview=replace(METAL, roughness=0.35**2)),))
+    assert (np.abs(stage.draw(mitsuba, twice) - stage.draw(mitsuba, scene)) > 0.05).any()
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_the_other_surfaces_by_mitsubas_distribution(name: str, stage: Any, mitsuba: Any) -> None:
+    scene = scene_of(stage, OTHERS[name])
+    if name == "mapped":  # of the floor alone: the ball has no coordinates
+        scene = replace(scene, objects=scene.objects[1:])
+    assert differ(stage, mitsuba, scene).sum() <= 8
+
+
+def test_what_a_renderer_lacks_is_said(stage: Any, tmp_path: Path) -> None:
+    assert needs(scene_of(stage, METAL)) >= {"ggx"}
+    assert not needs(scene_of(stage, METAL)) & {"dielectric", "emission", "normal_map"}
+    whole = Preview(emission=(0.0, 0.1, 0.0), normal_map=0)
+    assert needs(scene_of(stage, whole)) >= {"ggx", "dielectric", "emission", "normal_map", "uv", "texture"}
+    with pytest.raises(UnsupportedError, match="needs ggx"):
+        Cycles().render(scene_of(stage, METAL), tmp_path, Quality(samples=1))
