@@ -187,7 +187,9 @@ class Command:
             raise _unreadable(error, self.name, ended.log) from error
         return kept
 
-    def _words(self, words: tuple[str, ...], values: dict[str, str] | None = None, job: Path | None = None) -> list[str]:
+    def _words(
+        self, words: tuple[str, ...], values: dict[str, str] | None = None, job: Path | None = None
+    ) -> list[str]:
         """What is called: a word such as ``mine.py`` that names a file of the configuration's folder becomes its path.
 
         The program runs in a folder of its own, so the word alone would not find it. A file of the ``job`` comes first.

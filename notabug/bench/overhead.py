@@ -28,12 +28,12 @@ from notabug.adapters.config import renderer_tables
 from notabug.adapters.configured import configured
 from notabug.adapters.export.formats import write_pfm
 from notabug.adapters.settings import filled
-from notabug.crew import Alone, Crew, crew
-from notabug.record import Result
 from notabug.references.predict import predict
-from notabug.run import Plan, Silent, run
+from notabug.results.record import Result
+from notabug.runs.run import Plan, Silent, run
+from notabug.runs.selection import choose
+from notabug.runs.workers import Alone, Crew, crew
 from notabug.scenes_usd.reader import find, read_scene
-from notabug.selection import choose
 
 JOBS = 60
 SECONDS = 0.05

@@ -23,9 +23,9 @@ from notabug.gallery.trend import trends
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
 from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.results.wording import STYLE
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
-from notabug.words import STYLE
 
 ASSETS = (
     "base.css",

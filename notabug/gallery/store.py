@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from notabug.folders import write_text
-from notabug.own_folder import claim, keep_list, listed, sweep
 from notabug.report.pictures import Bytes, tone_map
+from notabug.runs.folders import write_text
+from notabug.runs.own_folder import claim, keep_list, listed, sweep
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import write_exr
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from notabug.record import Result
 from notabug.report.sentence import scene_file, sentence, title
+from notabug.results.record import Result
 
 
 def github(document: dict[str, Any], results: list[Result], out: Path) -> str:

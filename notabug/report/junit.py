@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from notabug.record import Result
 from notabug.report.sentence import sentence
+from notabug.results.record import Result
 
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # by XML 1.0
 SKIPPED = frozenset({"unsupported", "inconclusive"})

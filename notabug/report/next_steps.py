@@ -5,9 +5,9 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-from notabug.accepting import entry_for
-from notabug.expect_file import VERDICTS, entry_text
-from notabug.record import Result
+from notabug.commands.accept import entry_for
+from notabug.results.expect_file import VERDICTS, entry_text
+from notabug.results.record import Result
 from notabug.scenes_usd.view import options_for
 
 DEFAULT_OUT = Path("notabug-out")

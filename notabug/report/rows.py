@@ -9,11 +9,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from notabug.alike import alike
-from notabug.record import Result
 from notabug.report.comparison import CHANGES, changes, expected_change
 from notabug.report.next_steps import accept_command, accept_entry, why_command
-from notabug.words import area, finding_names, number, readable, strongest
+from notabug.results.alike import alike
+from notabug.results.record import Result
+from notabug.results.wording import area, finding_names, number, readable, strongest
 
 Key = tuple[str, str, str]
 WORST_FIRST = ("bug", "error", "inconclusive", "limitation", "pass", "unsupported")  # the verdicts as the page has them

@@ -9,9 +9,9 @@ from typing import Any
 from urllib.parse import quote
 
 from notabug.metrics.verdict import Finding
-from notabug.record import Result, json_ready
 from notabug.report.sentence import scene_file, sentence, title
-from notabug.words import decisive, readable
+from notabug.results.record import Result, json_ready
+from notabug.results.wording import decisive, readable
 
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 

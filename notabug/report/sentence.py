@@ -7,9 +7,9 @@ import shlex
 from pathlib import Path
 
 from notabug.printable import printable
-from notabug.record import Result
+from notabug.results.record import Result
+from notabug.results.wording import area, finding_names, number, strongest
 from notabug.scenes_usd.fence import SUFFIXES
-from notabug.words import area, finding_names, number, strongest
 
 
 def title(result: Result) -> str:

@@ -7,7 +7,7 @@ import signal
 import time
 from pathlib import Path
 
-from notabug.crew import rendering
+from notabug.runs.workers import rendering
 
 
 def renders_until(sign: str) -> bool:

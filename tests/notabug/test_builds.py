@@ -13,12 +13,12 @@ import junitparser
 import pytest
 
 from notabug.adapters.base import RendererError
-from notabug.comparing import compare
-from notabug.merging import MergeError, merge
+from notabug.commands.diff import compare
+from notabug.commands.merge import MergeError, merge
 from notabug.metrics.verdict import Finding, Verdict
-from notabug.record import Result
+from notabug.results.record import Result
+from notabug.runs.selection import Choice, part
 from notabug.scenes_usd.reader import find
-from notabug.selection import Choice, part
 
 NASTY = "a]]>\x00<b>\n::error::x|`%"
 

@@ -18,9 +18,9 @@ from typing import Any
 import psutil
 import pytest
 
-from notabug import crew as crew_module
 from notabug.bench.faults_setting import lay_out
-from notabug.crew import Alone, Processes, cores_here, crew, prepare
+from notabug.runs import workers as crew_module
+from notabug.runs.workers import Alone, Processes, cores_here, crew, prepare
 from notabug.scenes_usd.errors import NotabugError, SelectionError
 
 NAMES = tuple(f"scene{index}" for index in range(8))
@@ -70,7 +70,7 @@ def test_no_more_renderers_at_work_than_places(tmp_path: Path) -> None:
 
 def test_processes_end_with_their_parent() -> None:
     code = (
-        "from notabug.crew import Processes\n"
+        "from notabug.runs.workers import Processes\n"
         "if __name__ == '__main__':\n"
         "    with Processes(2, 1) as crew:\n"
         "        print('go', flush=True)\n"
@@ -139,7 +139,7 @@ def test_a_temporary_folder_with_a_path_too_long_for_a_socket(tmp_path: Path, sh
     long = tmp_path / ("long" * 40)
     long.mkdir()
     code = (
-        "from notabug import crew\n"
+        "from notabug.runs import workers as crew\n"
         f"crew._SHORT = {short}\n"
         "if __name__ == '__main__':\n"
         "    with crew.Processes(2, 1) as jobs:\n"

@@ -10,8 +10,8 @@ import pytest
 from rich.console import Console
 
 from notabug.metrics.verdict import Finding, Verdict
-from notabug.progress import Board, fits, lines, listing, messages, shortened
-from notabug.record import Result
+from notabug.results.record import Result
+from notabug.runs.progress import Board, fits, lines, listing, messages, shortened
 
 LONG = "visibility/coincident_spheres"
 VARIANT = "gap=0,surface=mesh,transform=turned,world_offset=1000000"

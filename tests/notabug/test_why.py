@@ -12,17 +12,17 @@ import pytest
 
 from notabug.adapters.base import Quality
 from notabug.adapters.registry import adapter
-from notabug.folders import write_json
+from notabug.commands.why import parse_pixel
 from notabug.metrics.verdict import Verdict
 from notabug.metrics.why import ENOUGH, explain_pixel
-from notabug.of_run import origin
-from notabug.record import Result
 from notabug.references.predict import preview
+from notabug.results.of_run import origin
+from notabug.results.record import Result
+from notabug.runs.folders import write_json
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.picture import read_picture, write_exr
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.writer import write_scene
-from notabug.why import parse_pixel
 
 X, Y = 18, 8  # a bright pixel of the small scene
 

@@ -7,8 +7,8 @@ import math
 import pytest
 
 from notabug.metrics.verdict import Finding, Verdict
-from notabug.record import Result
-from notabug.words import area, duration, finding_names, number, strongest, tally
+from notabug.results.record import Result
+from notabug.results.wording import area, duration, finding_names, number, strongest, tally
 
 
 @pytest.mark.parametrize(

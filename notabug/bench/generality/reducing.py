@@ -14,9 +14,9 @@ from notabug.bench.generality.decks import traits
 from notabug.bench.generality.examine import QUALITIES, Record
 from notabug.bench.generality.jobs import Job, drawn
 from notabug.bench.generality.summary import CONTROLS, sentence
-from notabug.folders import folder_name, write_text
 from notabug.metrics.judge import judge
-from notabug.reduce import Examiner, Shown, bug, reduced, size
+from notabug.runs.folders import folder_name, write_text
+from notabug.runs.shrinking import Examiner, Shown, bug, reduced, size
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture, write_exr
 from notabug.scenes_usd.scene import Scene

@@ -18,9 +18,9 @@ from notabug.bench.verdict.renderers import expose_renderer, renderer_groups
 from notabug.bench.verdict.run import Record, folder, run
 from notabug.bench.verdict.summary import OURS, summary
 from notabug.exit_codes import ExitCode
-from notabug.folders import write_json
-from notabug.progress import console
-from notabug.tool import tool
+from notabug.runs.folders import write_json
+from notabug.runs.progress import console
+from notabug.runs.provenance import tool
 
 
 def command(*, quick: bool, as_json: bool, out: Path) -> ExitCode:

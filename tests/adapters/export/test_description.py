@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from notabug.adapters.export.description import describe
-from notabug.scenes_usd.catalogue import scene_ids
+from notabug.scenes_usd.catalogue import scenes
 from notabug.scenes_usd.reader import read_scene
 
 MANUAL = Path(__file__).resolve().parents[3] / "docs" / "your-renderer.md"
@@ -35,7 +35,7 @@ def example() -> Any:
 
 
 def test_the_manual_s_example_has_every_key_of_a_scene(example: Any) -> None:
-    assert set(SCENES) <= set(scene_ids())
+    assert set(SCENES) <= {entry.id for entry in scenes()}
     written = set[str]().union(*(keys(describe(read_scene(scene))) for scene in SCENES))
     assert {key for key in written if "/sphere/" in key}
     assert keys(example) == written

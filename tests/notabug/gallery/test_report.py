@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from notabug.folders import write_json
 from notabug.metrics.verdict import GLYPH, Finding, Leg, Verdict
-from notabug.record import Result
 from notabug.report.page import draw
+from notabug.results.record import Result
+from notabug.runs.folders import write_json
 from notabug.scenes_usd.picture import write_exr
 from tests.notabug.gallery.conftest import barriers, too_wide
 
