@@ -19,10 +19,13 @@ from notabug.report.sentence import sentence
 from notabug.results.expectation import BETTER
 from notabug.results.gate import FailOn, Gate
 from notabug.results.record import Result
+from notabug.runs.first_card import Calibrated, calibrate
 from notabug.runs.folders import sole_writer
+from notabug.runs.job import perform
 from notabug.runs.judge_files import judge_read
 from notabug.runs.own_folder import claim
-from notabug.runs.run import Calibrated, Plan, Run, Silent, Task, calibrate, perform
+from notabug.runs.plan import Plan, Silent, Task
+from notabug.runs.run import Run
 from notabug.runs.selection import choose, parse_variants
 from notabug.scenes_usd.errors import NotabugError, SelectionError
 from notabug.scenes_usd.own import take_scene

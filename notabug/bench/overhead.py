@@ -30,7 +30,8 @@ from notabug.adapters.export.formats import write_pfm
 from notabug.adapters.settings import filled
 from notabug.references.predict import predict
 from notabug.results.record import Result
-from notabug.runs.run import Plan, Silent, run
+from notabug.runs.plan import Plan, Silent
+from notabug.runs.run import run
 from notabug.runs.selection import choose
 from notabug.runs.workers import Alone, Crew, crew
 from notabug.scenes_usd.reader import find, read_scene

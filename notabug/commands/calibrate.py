@@ -27,9 +27,9 @@ from notabug.results.wording import number
 from notabug.runs.calibration import CARDS, objection, textured
 from notabug.runs.folders import write_json
 from notabug.runs.judge_files import judge_pictures
+from notabug.runs.plan import find_renderers
 from notabug.runs.progress import console
 from notabug.runs.provenance import fingerprint
-from notabug.runs.run import find_renderers
 from notabug.runs.selection import Choice
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture

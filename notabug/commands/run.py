@@ -24,8 +24,9 @@ from notabug.results.record import load
 from notabug.results.wording import counted, duration, tally
 from notabug.runs import workarounds
 from notabug.runs.folders import write_json
+from notabug.runs.plan import Plan, find_renderers
 from notabug.runs.progress import Board, Detail, console, listing, messages, states
-from notabug.runs.run import Plan, Run, find_renderers, run
+from notabug.runs.run import Run, run
 from notabug.runs.selection import OWN_FOLDER, Choice, NothingSelectedError, choose, parse_variants, part, quick
 from notabug.runs.workers import Alone, ClusterLostError, crew
 from notabug.scenes_usd.errors import ManyFaultsError, NotabugError, SceneError, SelectionError

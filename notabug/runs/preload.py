@@ -10,11 +10,11 @@ import psutil
 
 from notabug.adapters import configured, povray
 from notabug.references.models import model
+from notabug.runs import first_card, job_files
 from notabug.runs import judge_files as outcome
-from notabug.runs import run
 from notabug.scenes_usd import reader_stage
 
-__all__ = ["OpenImageIO", "configured", "outcome", "povray", "psutil", "reader_stage", "run"]
+__all__ = ["OpenImageIO", "configured", "first_card", "job_files", "outcome", "povray", "psutil", "reader_stage"]
 
 model.load()
-run.made_by()
+job_files.made_by()

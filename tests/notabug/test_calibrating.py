@@ -18,8 +18,8 @@ from notabug.adapters.zbuffer import ZBuffer
 from notabug.commands.calibrate import calibrate, command
 from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import models
-from notabug.runs.run import Plan, Silent
-from notabug.runs.run import calibrate as calibrate_in_run
+from notabug.runs.first_card import calibrate as calibrate_in_run
+from notabug.runs.plan import Plan, Silent
 from notabug.scenes_usd.picture import read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
 

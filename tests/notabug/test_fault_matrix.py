@@ -12,7 +12,8 @@ from notabug.adapters.configured import configured
 from notabug.bench.faults_misdeeds import GOOD, LIMITS, with_good, wrong
 from notabug.bench.faults_setting import Setting, lay_out
 from notabug.results.record import Result
-from notabug.runs.run import Plan, run
+from notabug.runs.plan import Plan
+from notabug.runs.run import run
 from notabug.runs.selection import choose
 
 pytestmark = pytest.mark.slow

@@ -110,8 +110,8 @@ def test_a_changed_judge_judges_again_without_drawing(door: Any, monkeypatch: py
     door.run("terminator/sphere")
     door.grey.drawn.clear()
     door.judge.judged.clear()
-    real = __import__("notabug.runs.run", fromlist=["fingerprint"]).fingerprint
-    monkeypatch.setattr("notabug.runs.run.fingerprint", lambda *f: "new" if "metrics" in f else real(*f))
+    real = __import__("notabug.runs.job_files", fromlist=["fingerprint"]).fingerprint
+    monkeypatch.setattr("notabug.runs.job_files.fingerprint", lambda *f: "new" if "metrics" in f else real(*f))
     door.run("terminator/sphere")
     assert door.grey.drawn == []
     assert "terminator/sphere" in door.judge.judged

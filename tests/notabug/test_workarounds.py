@@ -13,7 +13,8 @@ from notabug.adapters.inhouse import InHouse
 from notabug.adapters.zbuffer import ZBuffer
 from notabug.metrics.verdict import Finding, Leg, Verdict
 from notabug.references.workarounds.workaround import Workaround, workarounds
-from notabug.runs.run import Plan, run
+from notabug.runs.plan import Plan
+from notabug.runs.run import run
 from notabug.runs.workarounds import Row, choices, chosen, rows
 from notabug.scenes_usd.card import CLASSES
 from notabug.scenes_usd.catalogue import entry
