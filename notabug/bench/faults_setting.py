@@ -20,7 +20,7 @@ from typing import IO, Any
 import numpy as np
 import psutil
 
-PROGRAM = Path(__file__).with_name("misbehaving.py")
+PROGRAM = Path(__file__).with_name("misbehaving") / "program.py"
 SIDE = 32  # pixels: a job is quick
 OUT = "notabug-out"  # where a run writes that is not told otherwise
 PATIENCE = 900.0  # seconds on the clock for one run: a machine may be busy
