@@ -82,9 +82,9 @@ def run(
         # while this process loads what it needs itself; of the whole corpus many a picture shows a limitation, whose
         # perception needs what is slowest to load
         prepare(*(() if scenes else ("colour", "flip_evaluator")))
-    from notabug.commands.run import command
+    from notabug.commands.run import Asked, command
 
-    code = command(
+    asked = Asked(
         scenes=scenes or [],
         renderers=renderer or [],
         variants=chosen.variants,
@@ -107,7 +107,7 @@ def run(
         few=quick,
         detail="quiet" if quiet else "verbose" if verbose else "normal",
     )
-    raise typer.Exit(code)
+    raise typer.Exit(command(asked))
 
 
 @app.command(epilog=epilog("judge"))

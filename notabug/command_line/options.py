@@ -130,7 +130,7 @@ Variant = Annotated[
     typer.Option(
         "--variant",
         metavar="SET=NAME",
-        help="A variant, of another prim than the default one /Prim{SET=NAME}; again for more, SET=all for each.",
+        help="A variant of the default prim; of another prim /Prim{SET=NAME}. Again for more; SET=all takes each.",
     ),
 ]
 SceneOption = Annotated[
@@ -214,7 +214,7 @@ def choosing(function: Callable[..., None]) -> Callable[..., None]:
         said = {name: words.pop(name) for name in options}
         function(**words, chosen=chosen_by(**said))  # type: ignore[arg-type]
 
-    parameters = []
+    parameters: list[inspect.Parameter] = []
     for name, parameter in given.parameters.items():
         parameters += options.values() if name == "chosen" else [parameter]
     command.__signature__ = given.replace(parameters=parameters)  # type: ignore[attr-defined]

@@ -6,7 +6,7 @@ import contextlib
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.console import Console
@@ -17,6 +17,7 @@ from notabug.adapters.registry import adapter, adapters
 from notabug.ending import Stopped, exit_state
 from notabug.exit_codes import ExitCode
 from notabug.printable import escaped
+from notabug.references.workarounds.workaround import Workaround
 from notabug.report.drawing import Pictures
 from notabug.report.page import draw
 from notabug.results.gate import FailOn, Gate, code_of
@@ -37,100 +38,120 @@ FIRST = 1.5  # seconds that a job takes the first time, on two cores: the 125 of
 LONG = 20.0  # seconds: of a run that is shorter nobody need know how long it takes
 
 
-def command(
-    *,
-    scenes: Sequence[str],
-    renderers: Sequence[str],
-    variants: Sequence[str],
-    view: View = AS_IT_IS,
-    every_variant: bool,
-    out: Path,
-    samples: int,
-    seeds: int,
-    timeout: float,
-    require: Sequence[str],
-    resume: bool,
-    as_json: bool,
-    remedies: bool = False,
-    expect: Path | None = None,
-    fail_on: FailOn = "any",
-    jobs: int = 0,
-    executor: str = "",
-    shard: str = "",
-    baseline: Path | None = None,
-    detail: Detail = "normal",
-    few: bool = False,
-) -> ExitCode:
-    """Run the selection and print what came of it; ``remedies``: with and without the workarounds of it."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """What the words of the command line ask for; ``remedies``: with and without the workarounds of the scenes."""
+
+    scenes: Sequence[str]
+    renderers: Sequence[str]
+    variants: Sequence[str]
+    view: View = AS_IT_IS
+    every_variant: bool = False
+    out: Path
+    samples: int
+    seeds: int
+    timeout: float
+    require: Sequence[str] = ()
+    resume: bool = True
+    as_json: bool = False
+    remedies: bool = False
+    expect: Path | None = None
+    fail_on: FailOn = "any"
+    jobs: int = 0
+    executor: str = ""
+    shard: str = ""
+    baseline: Path | None = None
+    detail: Detail = "normal"
+    few: bool = False  # one scene of each class
+
+
+def command(asked: Asked) -> ExitCode:
+    """Run the selection and print what came of it."""
     quiet = console(stderr=True)
-    if baseline is not None:
-        load(baseline)  # before anything is drawn for a folder that holds no run
-    gate = Gate.load(expect, fail_on)
-    selected = workarounds.chosen(scenes) if remedies else []
-    if remedies and (variants or every_variant or view.words):
-        left = "leave --variant, --variants, --camera, --time and --purpose out"
-        raise SelectionError("workarounds choose their pictures themselves", do=left)
-    choices = (
-        workarounds.choices(selected)
-        if remedies
-        else choose(scenes, parse_variants(variants), every_variant=every_variant, view=view)
-    )
-    choices = part(quick(choices) if few else choices, shard)
-    choices = _read_own(choices, quiet)
-    asked = {name: adapter(name) for name in dict.fromkeys(renderers)} if renderers else adapters()
-    required = {name: adapter(name) for name in require}
+    if asked.baseline is not None:
+        load(asked.baseline)  # before anything is drawn for a folder that holds no run
+    gate = Gate.load(asked.expect, asked.fail_on)
+    selected = workarounds.chosen(asked.scenes) if asked.remedies else []
+    plan = _plan(asked, _choices(asked, selected, quiet), gate, quiet)
+    pictures = Pictures(plan.out)
+    state = _done(plan, pictures, asked.detail, quiet)
+    rows = workarounds.rows(selected, state.results)
+    document = state.document()
+    if asked.remedies:
+        document["workarounds"] = [row.as_dict() for row in rows]
+        write_json(plan.out / "run.json", document)
+    page = draw(plan.out, pictures=pictures, baseline=asked.baseline)
+    if asked.as_json:
+        print(escaped(json.dumps(document, ensure_ascii=False, allow_nan=False)))
+    elif asked.remedies:
+        console().print(workarounds.table(rows))
+    else:
+        _summary(console(), state, page, asked.detail)
+    return workarounds.code_of(rows, state.results) if asked.remedies else code_of(state.results)
+
+
+def _choices(asked: Asked, selected: Sequence[Workaround], quiet: Console) -> list[Choice]:
+    """The scenes and variants to draw, those of a team's own read and told of."""
+    if asked.remedies:
+        if asked.variants or asked.every_variant or asked.view.words:
+            left = "leave --variant, --variants, --camera, --time and --purpose out"
+            raise SelectionError("workarounds choose their pictures themselves", do=left)
+        choices = workarounds.choices(selected)
+    else:
+        given = parse_variants(asked.variants)
+        choices = choose(asked.scenes, given, every_variant=asked.every_variant, view=asked.view)
+    return _read_own(part(quick(choices) if asked.few else choices, asked.shard), quiet)
+
+
+def _plan(asked: Asked, choices: Sequence[Choice], gate: Gate, quiet: Console) -> Plan:
+    """The plan for ``choices``; raises where a renderer is required and missing, or where none is installed."""
+    names = dict.fromkeys(asked.renderers)
+    wanted = {name: adapter(name) for name in names} if names else adapters()
+    required = {name: adapter(name) for name in asked.require}
 
     def note(name: str, why: str) -> None:
         quiet.print(Text(f"{name}: not installed, left out. {why}", style="yellow"), soft_wrap=True)
 
-    found, missing = find_renderers(asked, note)
-    for name, each in required.items():
+    found, missing = find_renderers(wanted, note)
+    for name, renderer in required.items():
         if name not in found:
-            each.find()  # raises with the way to install it
+            renderer.find()  # raises with the way to install it
     if not found:
         raise NothingSelectedError("no renderer is installed", do="see `notabug doctor`")
     # The settings of workarounds alter adapters by functions that exist in this process only.
-    at_work, threads = (Alone(), 0) if remedies else crew(executor, jobs, len(choices) * len(found))
-    plan = Plan(
+    one_by_one = asked.remedies
+    workers, threads = (Alone(), 0) if one_by_one else crew(asked.executor, asked.jobs, len(choices) * len(found))
+    seeds = tuple(range(asked.seeds))
+    return Plan(
         choices=choices,
         renderers=found,
-        out=out,
-        quality=Quality(samples=samples, seeds=tuple(range(seeds)), timeout=timeout, threads=threads),
-        resume=resume,
+        out=asked.out,
+        quality=Quality(samples=asked.samples, seeds=seeds, timeout=asked.timeout, threads=threads),
+        resume=asked.resume,
         missing=missing,
         command=["notabug", *sys.argv[1:]],
         gate=gate,
-        crew=at_work,
-        shard=shard,
+        crew=workers,
+        shard=asked.shard,
     )
-    pictures = Pictures(out)
+
+
+def _done(plan: Plan, pictures: Pictures, detail: Detail, quiet: Console) -> Run:
+    """The run of ``plan``; where it is stopped the page is drawn of what is finished, and the program ends."""
     try:
         with Board(quiet, pictures.begin, detail, _beginning(plan)) as board:
-            state = run(plan, board)
+            return run(plan, board)
     except (KeyboardInterrupt, Stopped, ClusterLostError) as error:
         with contextlib.suppress(NotabugError, OSError):  # the record is what counts, and it is there
-            draw(out, pictures=pictures)
+            draw(plan.out, pictures=pictures)
         if isinstance(error, ClusterLostError):
             raise
         quiet.print(
-            f"stopped; finished results stay in {out} and the same command goes on from there",
+            f"stopped; finished results stay in {plan.out} and the same command goes on from there",
             markup=False,
             soft_wrap=True,
         )
         raise SystemExit(exit_state(error)) from None
-    found_rows = workarounds.rows(selected, state.results)
-    document = state.document()
-    if remedies:
-        document["workarounds"] = [each.as_dict() for each in found_rows]
-        write_json(out / "run.json", document)
-    page = draw(out, pictures=pictures, baseline=baseline)
-    if as_json:
-        print(escaped(json.dumps(document, ensure_ascii=False, allow_nan=False)))
-    elif remedies:
-        console().print(workarounds.table(found_rows))
-    else:
-        _summary(console(), state, page, detail)
-    return workarounds.code_of(found_rows, state.results) if remedies else code_of(state.results)
 
 
 def _read_own(choices: Sequence[Choice], quiet: Console) -> list[Choice]:
@@ -190,8 +211,8 @@ def _summary(out: Console, state: Run, page: Path, detail: Detail) -> None:
     seconds = state.document()["seconds"]
     share = seconds["outside"] / seconds["total"] if seconds["total"] else 0.0
     at_once = state.plan.crew.at_once
+    together = f", {at_once} jobs at once" if at_once > 1 else ""
     out.print(
-        f"{seconds['total']:.1f} s, of which {seconds['render']:.1f} s in renderers and {share:.0%} outside of them"
-        f"{f', {at_once} jobs at once' if at_once > 1 else ''}"
+        f"{seconds['total']:.1f} s{together}: {1.0 - share:.0%} in renderers, {share:.0%} in judging and all else"
     )
     out.print(f"{state.plan.out / 'run.json'}\n{page}", markup=False, soft_wrap=True)
