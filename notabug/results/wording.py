@@ -59,8 +59,14 @@ def counted(count: int, thing: str) -> str:
 
 
 def finding_names(result: Result) -> str:
-    """The findings' names, each once, in the order of the findings."""
-    return ", ".join(dict.fromkeys(readable(each.name) for each in result.verdict.findings))
+    """The findings' names, each once; of a bug what is wrong, and then the limitations that are there beside it."""
+    made = decisive(result)
+    told = list(dict.fromkeys(readable(finding.name) for finding in made))
+    also = [readable(finding.name) for finding in result.verdict.findings if finding not in made]
+    also = [name for name in dict.fromkeys(also) if name not in told]
+    if result.verdict.word == "bug" and also:
+        return f"{', '.join(told)} beside {', '.join(also)}"
+    return ", ".join(dict.fromkeys(readable(finding.name) for finding in result.verdict.findings))
 
 
 def decisive(result: Result) -> tuple[Finding, ...]:
