@@ -23,7 +23,7 @@ from notabug.gallery.trend import trends
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
 from notabug.references.tracer.envelope import Options, trace_picture
-from notabug.results.wording import STYLE
+from notabug.results.wording import STYLE, WORST_FIRST
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
 
@@ -46,8 +46,6 @@ POLICY = (
 )
 
 CALIBRATION = "calibration"  # the class of the card, which is no artifact
-
-_WORST = {word: at for at, word in enumerate(("bug", "error", "inconclusive", "limitation", "pass", "unsupported"))}
 
 
 def build(
@@ -154,7 +152,7 @@ def viewer_address(scene: str, variant: str, **more: str) -> str:
 def _rank(exhibit: Exhibit) -> tuple[int, float, str]:
     """Worst first: the worst verdict, then the largest area."""
     latest = exhibit.latest.values()
-    worst = min((_WORST[each.result.verdict.word] for each in latest), default=len(_WORST))
+    worst = min((WORST_FIRST.index(each.result.verdict.word) for each in latest), default=len(WORST_FIRST))
     return worst, -max((each.area for each in latest), default=0.0), exhibit.scene
 
 

@@ -17,6 +17,7 @@ STYLE: dict[str, str] = {
     "unsupported": "dim",
     "error": "bold magenta",
 }
+WORST_FIRST = ("bug", "error", "inconclusive", "limitation", "pass", "unsupported")  # the verdicts as pages have them
 
 
 def number(value: float | None, digits: int = 3) -> str:
