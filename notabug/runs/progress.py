@@ -136,19 +136,21 @@ def lines(result: Result, width: int, *, kept: bool = False, told: bool = True) 
     tail = ""
     if verdict.findings:
         tail = f"  {number(round(area(result), 1))} px, jnd {number(strongest(result), 2)}"
-    if result.surprising:
-        tail += f"  expected {result.expected}"
     tail += "  kept" if kept else ""
+    other = f"expected {result.expected}" if result.surprising else ""
     head = verdict_text(result)
     head.append(" " * max(1, WORD - len(head.plain)) + f"{result.renderer}  ", style=_PLAIN)
     room = width - len(head.plain)
+    here = bool(other) and len(name) + len(tail) + 2 + len(other) <= room  # else it has a line of its own
+    tail += f"  {other}" if here else ""
     if len(name) + len(tail) > room:  # the name may be shortened, what is said of it may not
         name = shortened(name, max(SHORTEST, room - len(tail)))
     made = [head.append(name, style=_PLAIN).append(tail, style="bold" if result.surprising else _PLAIN)]
-    below = finding_names(result)
+    below = [finding_names(result)]
     if told and verdict.message and verdict.word not in ("pass", "limitation"):
-        below = "\n".join(part for part in (below, verdict.message) if part)
-    for line in below.splitlines():
+        below += verdict.message.splitlines()
+    below += [other] if not here else []
+    for line in below:
         folded = textwrap.wrap(line, max(SHORTEST, width - INDENT), break_long_words=False, break_on_hyphens=False)
         made += [Text(" " * INDENT + part) for part in folded]
     return made
