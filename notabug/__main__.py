@@ -10,7 +10,7 @@ from notabug.ending import exit_state, report_defect
 
 
 def main() -> None:
-    """``notabug.cli``; of a run that is to be long, a crew starts to load before the words are understood."""
+    """``notabug.cli``; of a run that is to be long, its workers start to load before the words are understood."""
     try:
         from notabug.runs.workers import prepare
 

@@ -29,7 +29,7 @@ from notabug.runs.plan import Plan, find_renderers
 from notabug.runs.progress import Board, Detail, console, listing, messages, states
 from notabug.runs.run import Run, run
 from notabug.runs.selection import OWN_FOLDER, Choice, NothingSelectedError, choose, parse_variants, part, quick
-from notabug.runs.workers import Alone, ClusterLostError, crew
+from notabug.runs.workers import Alone, ClusterLostError, workers_for
 from notabug.scenes_usd.errors import ManyFaultsError, NotabugError, SceneError, SelectionError
 from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.view import AS_IT_IS, View
@@ -120,7 +120,9 @@ def _plan(asked: Asked, choices: Sequence[Choice], gate: Gate, quiet: Console) -
         raise NothingSelectedError("no renderer is installed", do="see `notabug doctor`")
     # The settings of workarounds alter adapters by functions that exist in this process only.
     one_by_one = asked.remedies
-    workers, threads = (Alone(), 0) if one_by_one else crew(asked.executor, asked.jobs, len(choices) * len(found))
+    workers, threads = (
+        (Alone(), 0) if one_by_one else workers_for(asked.executor, asked.jobs, len(choices) * len(found))
+    )
     seeds = tuple(range(asked.seeds))
     return Plan(
         choices=choices,
@@ -131,7 +133,7 @@ def _plan(asked: Asked, choices: Sequence[Choice], gate: Gate, quiet: Console) -
         missing=missing,
         command=["notabug", *sys.argv[1:]],
         gate=gate,
-        crew=workers,
+        workers=workers,
         shard=asked.shard,
     )
 
@@ -210,7 +212,7 @@ def _summary(out: Console, state: Run, page: Path, detail: Detail) -> None:
         out.print(f"{surprises} other than expected")
     seconds = state.document()["seconds"]
     share = seconds["outside"] / seconds["total"] if seconds["total"] else 0.0
-    at_once = state.plan.crew.at_once
+    at_once = state.plan.workers.at_once
     together = f", {at_once} jobs at once" if at_once > 1 else ""
     out.print(
         f"{seconds['total']:.1f} s{together}: {1.0 - share:.0%} in renderers, {share:.0%} in judging and all else"

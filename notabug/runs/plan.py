@@ -15,7 +15,7 @@ from notabug.adapters.base import Adapter, Found, Quality, RendererMissingError
 from notabug.results.gate import Gate
 from notabug.results.record import Result
 from notabug.runs.selection import Choice
-from notabug.runs.workers import Alone, Crew
+from notabug.runs.workers import Alone, Workers
 from notabug.scenes_usd.errors import NotabugError, SceneError
 from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.scene import Scene
@@ -55,7 +55,7 @@ class Plan:
     missing: Mapping[str, str] = field(default_factory=dict)  # renderer: how to install it
     command: Sequence[str] = ()
     gate: Gate = field(default_factory=Gate)
-    crew: Crew = field(default_factory=Alone)
+    workers: Workers = field(default_factory=Alone)
     shard: str = ""
 
     def wanted(self, choice: Choice) -> list[str]:

@@ -1,4 +1,4 @@
-"""What the processes of a crew are forked from: importing this loads all that a job needs, once for all of them.
+"""What the worker processes of a run are forked from: importing this loads all that a job needs, once for all of them.
 
 Nothing here may start a thread, whose locks a fork would leave locked: no stage is opened, nothing is drawn.
 """

@@ -53,9 +53,9 @@ class Run:
             "seconds": {
                 "total": total,
                 "render": self.rendering,
-                "outside": max(0.0, total - self.rendering / self.plan.crew.at_once),
+                "outside": max(0.0, total - self.rendering / self.plan.workers.at_once),
             },
-            "jobs": self.plan.crew.document() | {"threads": self.plan.quality.threads, "shard": self.plan.shard},
+            "jobs": self.plan.workers.document() | {"threads": self.plan.quality.threads, "shard": self.plan.shard},
             "gate": self.plan.gate.document(self.results),
             "renderers": found | {name: {"missing": line} for name, line in self.plan.missing.items()},
             "calibration": [self.calibration[name].as_dict() for name in found if name in self.calibration],
@@ -92,7 +92,7 @@ def _run(plan: Plan, watcher: Watcher) -> Run:
     results: dict[int, Result] = {}
     try:
         _do(plan, state, watcher, tasks, results)
-    except BaseException:  # a signal, or the crew is lost: what is finished stays on record
+    except BaseException:  # a signal, or the cluster is lost: what is finished stays on record
         _collect(state, tasks, results)
         with contextlib.suppress(OSError):
             state.save()
@@ -104,11 +104,11 @@ def _run(plan: Plan, watcher: Watcher) -> Run:
 
 def _do(plan: Plan, state: Run, watcher: Watcher, tasks: Sequence[Task], results: dict[int, Result]) -> None:
     """Do ``tasks``; ``results`` gets each one's by its place, as they end."""
-    with plan.crew as crew:
-        seen = watcher if crew.at_hand else Silent()
-        lean = replace(plan, choices=(), crew=Alone(), gate=Gate())  # what a job needs, wherever it is done
+    with plan.workers as workers:
+        seen = watcher if workers.at_hand else Silent()
+        lean = replace(plan, choices=(), workers=Alone(), gate=Gate())  # what a job needs, wherever it is done
         names = list(plan.renderers)
-        for place, card in crew.each(partial(calibrate, lean, seen), names):
+        for place, card in workers.each(partial(calibrate, lean, seen), names):
             name = names[place]
             if isinstance(card, Exception):
                 state.refused[name] = f"the card's job was lost: {card}"
@@ -121,7 +121,7 @@ def _do(plan: Plan, state: Run, watcher: Watcher, tasks: Sequence[Task], results
             if task.choice == CARDS[0] and shown is not None and shown.scene == task.choice.id:
                 _finish(state, results, index, Done(shown, False, 0.0))
         rest = [index for index in range(len(tasks)) if index not in results]
-        for place, done in crew.each(partial(perform, lean, state.refused, seen), [tasks[each] for each in rest]):
+        for place, done in workers.each(partial(perform, lean, state.refused, seen), [tasks[each] for each in rest]):
             index = rest[place]
             _finish(state, results, index, _lost(plan, tasks[index], done) if isinstance(done, Exception) else done)
 

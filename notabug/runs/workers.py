@@ -40,7 +40,7 @@ class ClusterLostError(NotabugError):
     """The cluster that did the jobs of a run is out of reach."""
 
 
-class Crew(Protocol):
+class Workers(Protocol):
     """Does jobs, ``at_once`` at a time."""
 
     at_hand: ClassVar[bool]
@@ -57,7 +57,7 @@ class Crew(Protocol):
         """Each job's number and what ``function`` made of it, in the order in which they end."""
         ...
 
-    def __enter__(self) -> Crew: ...
+    def __enter__(self) -> Workers: ...
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -188,7 +188,7 @@ class Processes:
 
 
 def prepare(*more: str) -> str:
-    """Start, where there is none yet, the process that a crew's are forked from; how they start: "forkserver", "spawn".
+    """Start, where there is none yet, the process that workers are forked from; how they start: "forkserver", "spawn".
 
     It loads what a job needs, and the modules ``more``, which takes a second or more, while this process goes on, and
     does nothing else: unlike this process it has no threads, whose locks a fork would leave locked.
@@ -216,7 +216,7 @@ def prepare(*more: str) -> str:
 
 
 _LONGEST = 85  # bytes of a folder's path that leave room for "/listener-" and eight letters: macOS allows 104
-_SOCKETS = "notabug-crew-"  # and a process's number: the temporary folder of its sockets
+_SOCKETS = "notabug-work-"  # and a process's number: the temporary folder of its sockets
 _SHORT = ("/tmp", "/var/tmp")  # noqa: S108 (mkdtemp makes a folder in it) for where TMPDIR is too long for a socket
 
 
@@ -260,7 +260,7 @@ _places: Semaphore | None = None
 
 
 def rendering() -> AbstractContextManager[Any]:
-    """Where a job has its renderer at work: in a crew's process no more than ``at_once`` jobs are here."""
+    """Where a job has its renderer at work: in a worker process no more than ``at_once`` jobs are here."""
     return _places or nullcontext()
 
 
@@ -372,8 +372,8 @@ def _silence(*packages: str) -> None:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
-def crew(executor: str, at_once: int, jobs: int) -> tuple[Crew, int]:
-    """The crew for a run of ``jobs`` jobs and the threads for each; ``at_once`` 0: as many as the machine is good for.
+def workers_for(executor: str, at_once: int, jobs: int) -> tuple[Workers, int]:
+    """The workers for a run of ``jobs`` jobs and the threads for each; ``at_once`` 0: as many as are good.
 
     By default each renderer has a core of its own while several are at work, so that they do not slow each other
     down; a lone job has all cores.

@@ -54,16 +54,16 @@ def test_the_program_says_its_version_and_is_light_to_import() -> None:
         ([], False),
     ],
 )
-def test_a_crew_is_started_ahead_for_a_long_run_alone(
+def test_workers_are_started_ahead_for_a_long_run_alone(
     words: list[str], long: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     started: list[str] = []
     monkeypatch.setattr("notabug.runs.workers.cores_here", lambda: 2)
-    monkeypatch.setattr("notabug.runs.workers.prepare", lambda: started.append("crew"))
+    monkeypatch.setattr("notabug.runs.workers.prepare", lambda: started.append("workers"))
     monkeypatch.setattr("notabug.cli.main", lambda: started.append("words are read"))
     monkeypatch.setattr(sys, "argv", ["notabug", *words])
     program.main()
-    assert started == (["crew"] if long else []) + ["words are read"]
+    assert started == (["workers"] if long else []) + ["words are read"]
 
 
 def test_help_names_every_command(door: Any) -> None:

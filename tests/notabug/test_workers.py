@@ -1,4 +1,4 @@
-"""Crews: processes that die, and a Dask cluster whose worker is killed; nothing is lost, nothing comes twice."""
+"""Workers: processes that die, and a Dask cluster whose worker is killed; nothing is lost, nothing comes twice."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ import psutil
 import pytest
 
 from notabug.bench.faults_setting import lay_out
-from notabug.runs import workers as crew_module
-from notabug.runs.workers import Alone, Processes, cores_here, crew, prepare
+from notabug.runs import workers as workers_module
+from notabug.runs.workers import Alone, Processes, cores_here, prepare, workers_for
 from notabug.scenes_usd.errors import NotabugError, SelectionError
 
 NAMES = tuple(f"scene{index}" for index in range(8))
@@ -29,8 +29,8 @@ DIE = "__import__('os').kill(__import__('os').getpid(), 9)"
 
 def done(at_once: int, jobs: list[str]) -> dict[int, Any]:
     """What each of ``jobs``, expressions of Python, comes to; fails where one comes twice."""
-    with Processes(at_once, 1) as crew:
-        pairs = list(crew.each(eval, jobs))
+    with Processes(at_once, 1) as workers:
+        pairs = list(workers.each(eval, jobs))
     assert len(pairs) == len(dict(pairs))
     return dict(pairs)
 
@@ -72,9 +72,9 @@ def test_processes_end_with_their_parent() -> None:
     code = (
         "from notabug.runs.workers import Processes\n"
         "if __name__ == '__main__':\n"
-        "    with Processes(2, 1) as crew:\n"
+        "    with Processes(2, 1) as workers:\n"
         "        print('go', flush=True)\n"
-        "        list(crew.each(eval, [\"__import__('time').sleep(600)\"] * 2))\n"
+        "        list(workers.each(eval, [\"__import__('time').sleep(600)\"] * 2))\n"
     )
     parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert parent.stdout is not None
@@ -110,27 +110,27 @@ def test_getting_ready_leaves_the_environment_as_it_is() -> None:
 def test_folders_of_the_dead_are_removed_and_long_names_left_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name in ("notabug-crew-999999999-x", f"notabug-crew-{os.getpid()}-x", "notabug-crew-me", "mine"):
+    for name in ("notabug-work-999999999-x", f"notabug-work-{os.getpid()}-x", "notabug-work-me", "mine"):
         (tmp_path / name).mkdir()
     configuration: dict[str, Any] = {}
     monkeypatch.setattr(multiprocessing.current_process(), "_config", configuration)
     monkeypatch.setattr(atexit, "register", lambda *_: None)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    monkeypatch.setattr(crew_module, "_SHORT", ())
+    monkeypatch.setattr(workers_module, "_SHORT", ())
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    monkeypatch.setattr(crew_module, "_LONGEST", 1)
-    assert not crew_module._own_temporary_folder()
+    monkeypatch.setattr(workers_module, "_LONGEST", 1)
+    assert not workers_module._own_temporary_folder()
     assert "tempdir" not in configuration
-    names = {f"notabug-crew-{os.getpid()}-x", "notabug-crew-me", "mine"}
+    names = {f"notabug-work-{os.getpid()}-x", "notabug-work-me", "mine"}
     assert {each.name for each in tmp_path.iterdir()} == names
-    monkeypatch.setattr(crew_module, "_LONGEST", 1000)
-    assert crew_module._own_temporary_folder()
+    monkeypatch.setattr(workers_module, "_LONGEST", 1000)
+    assert workers_module._own_temporary_folder()
     made = Path(configuration["tempdir"])
     assert made.is_dir()
     assert made.parent == tmp_path
-    crew_module._remove_own(made, os.getpid() + 1)
+    workers_module._remove_own(made, os.getpid() + 1)
     assert made.is_dir()
-    crew_module._remove_own(made, os.getpid())
+    workers_module._remove_own(made, os.getpid())
     assert not made.exists()
 
 
@@ -139,11 +139,11 @@ def test_a_temporary_folder_with_a_path_too_long_for_a_socket(tmp_path: Path, sh
     long = tmp_path / ("long" * 40)
     long.mkdir()
     code = (
-        "from notabug.runs import workers as crew\n"
-        f"crew._SHORT = {short}\n"
+        "from notabug.runs import workers\n"
+        f"workers._SHORT = {short}\n"
         "if __name__ == '__main__':\n"
-        "    with crew.Processes(2, 1) as jobs:\n"
-        "        print(crew.prepare(), sorted(jobs.each(eval, ['1 + 1', '3'])))\n"
+        "    with workers.Processes(2, 1) as jobs:\n"
+        "        print(workers.prepare(), sorted(jobs.each(eval, ['1 + 1', '3'])))\n"
     )
     program = tmp_path / "program.py"
     program.write_text(code)
@@ -154,14 +154,14 @@ def test_a_temporary_folder_with_a_path_too_long_for_a_socket(tmp_path: Path, sh
 
 
 def test_what_is_worth_a_process() -> None:
-    few, threads = crew("", 0, 3)
+    few, threads = workers_for("", 0, 3)
     assert isinstance(few, Alone)
     assert threads == 0  # a lone job has all cores
-    many, threads = crew("", 0, 1000)
+    many, threads = workers_for("", 0, 1000)
     assert many.at_once == cores_here() or cores_here() == 1
     assert many.at_once * max(1, threads) <= max(cores_here(), 1)
     with pytest.raises(SelectionError, match="dask://host:port"):
-        crew("ftp://x", 0, 1)
+        workers_for("ftp://x", 0, 1)
 
 
 @pytest.fixture
