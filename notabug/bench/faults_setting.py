@@ -186,7 +186,7 @@ def lay_out(folder: Path, names: Sequence[str], renderer: str = "wild", **settin
     return made
 
 
-def _toml(value: Any) -> str:
+def _toml(value: object) -> str:
     """``value`` as TOML, whose texts, numbers and lists are JSON's.
 
     >>> _toml({"PAUSE": "0.2"}), _toml(["a", "b"]), _toml(4)

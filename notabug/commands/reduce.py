@@ -15,7 +15,7 @@ from notabug.adapters.base import Adapter, Quality
 from notabug.adapters.registry import adapter
 from notabug.commands.judge import one_variant
 from notabug.exit_codes import ExitCode
-from notabug.results.wording import readable
+from notabug.results.wording import readable, triple
 from notabug.runs.folders import write_text
 from notabug.runs.own_folder import check, claim
 from notabug.runs.progress import console
@@ -108,7 +108,7 @@ def readme(
 ) -> str:
     """The text that states what is expected and what is found."""
     x, y = shown.pixel
-    expected, found = (_triple(each[y, x]) for each in (shown.expected, shown.found))
+    expected, found = (triple(each[y, x]) for each in (shown.expected, shown.found))
     off = float(np.abs(shown.found - shown.expected).max())
     made = " ".join(filter(None, [who.name, version, *settings]))
     again = " ".join([*(f"--set {each}" for each in settings), f"--samples {shown.samples}"])
@@ -123,7 +123,3 @@ def readme(
         f"```sh\nnotabug reduce scene.usda -r {who.name} {again}".rstrip()
         + "\n```\n"
     )
-
-
-def _triple(value: Any) -> str:
-    return " ".join(f"{float(each):.5g}" for each in value)

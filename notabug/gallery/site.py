@@ -223,5 +223,5 @@ def _plain(text: str) -> str:
     return "".join(each if each.isalnum() and each.isascii() else "_" for each in text)[:60]
 
 
-def _json(value: Any) -> str:
+def _json(value: object) -> str:
     return json.dumps(value, separators=(",", ":"))

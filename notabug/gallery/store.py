@@ -7,7 +7,6 @@ import hashlib
 import json
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -50,7 +49,7 @@ class Store:
             self._write(target, f'notabug.deliver("{name}","{encoded}");\n')
         return name
 
-    def record(self, document: Any) -> str:
+    def record(self, document: object) -> str:
         """Keep a JSON document; the name under which pages load it."""
         text = json.dumps(document, allow_nan=False, separators=(",", ":"))
         name = _hash(text.encode())

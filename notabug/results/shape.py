@@ -131,7 +131,7 @@ def _can_be_asked_for(name: str) -> bool:
     return True
 
 
-def _wrong(where: str, expected: str, value: Any) -> RecordError:
+def _wrong(where: str, expected: str, value: object) -> RecordError:
     try:
         got = repr(value)[:60]
     except (RecursionError, ValueError):  # ValueError: a number of more digits than Python writes

@@ -33,6 +33,15 @@ def number(value: float | None, digits: int = 3) -> str:
     return f"{value:.{digits}g}" if abs(value) < 10**digits else str(round(value))
 
 
+def triple(values: Iterable[float]) -> str:
+    """The numbers of a pixel.
+
+    >>> triple((0.25, 1.0, 1 / 3))
+    '0.25 1 0.33333'
+    """
+    return " ".join(f"{float(value):.5g}" for value in values)
+
+
 def readable(name: str) -> str:
     """``facet_self_shadow`` as ``facet self shadow``."""
     return name.replace("_", " ")

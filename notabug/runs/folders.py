@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from filelock import FileLock, Timeout
 
@@ -100,7 +99,7 @@ def job_folder(out: Path, scene: str, variant: str, renderer: str) -> Path:
     return scene_folder(out, scene, variant) / folder_name(renderer)
 
 
-def write_json(path: Path, document: Any) -> None:
+def write_json(path: Path, document: object) -> None:
     """Write ``document`` to ``path`` atomically: a reader sees the old file or the new one, never half of it."""
     write_text(path, json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
 

@@ -15,6 +15,7 @@ from notabug.bench.generality.examine import QUALITIES, Record
 from notabug.bench.generality.jobs import Job, drawn
 from notabug.bench.generality.summary import CONTROLS, sentence
 from notabug.metrics.judge import judge
+from notabug.results.wording import triple
 from notabug.runs.folders import folder_name, write_text
 from notabug.runs.shrinking import Examiner, Shown, bug, reduced, size
 from notabug.scenes_usd.errors import NotabugError
@@ -66,7 +67,7 @@ def _write(record: Record, out: Path, note: Note, seconds: float) -> None:
         _pictures(again, out, "small-")
         x, y = again.pixel
         values = " ".join(
-            f"{name} {_triple(each[y, x])}" for name, each in (("expected", again.expected), ("found", again.found))
+            f"{name} {triple(each[y, x])}" for name, each in (("expected", again.expected), ("found", again.found))
         )
         text += f"`scene.usda`: {size(small)}, after {examiner.tried} pictures; at pixel ({x}, {y}): {values}\n"
     write_text(out / "README.md", text)
@@ -95,7 +96,3 @@ def _scene(record: Record, out: Path) -> tuple[Scene, Any]:
 def _pictures(shown: Shown, out: Path, prefix: str = "") -> None:
     write_exr(out / f"{prefix}found.exr", shown.found)
     write_exr(out / f"{prefix}expected.exr", shown.expected)
-
-
-def _triple(value: Any) -> str:
-    return " ".join(f"{float(each):.5g}" for each in value)
