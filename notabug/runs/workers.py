@@ -119,7 +119,12 @@ class Processes:
                 alone, found = deque([suspects.popleft()]), deque[int]()
                 yield from self._round(function, jobs, alone, found, 1)
                 for index in found:
-                    yield index, NotabugError("it ended two processes that did it", where="this job")
+                    yield (
+                        index,
+                        NotabugError(
+                            "two processes died while they did it", where="this job", do="is there memory enough?"
+                        ),
+                    )
 
     def _round(
         self,
