@@ -103,6 +103,26 @@ def test_the_best_explanations_come_first_and_few(run_of_a_scene: Path) -> None:
     assert f"{len(ranked) - 5} more that change this pixel" in brief
 
 
+@pytest.mark.parametrize(
+    ("alpha", "told"),
+    [
+        (1.0, "shows 100% of what this model changes"),
+        (0.25, "shows 25% of what"),
+        (68.62, "shows 68.6 times what"),
+        (-0.5, "shows -0.5 times what"),
+        (1.001, "shows 100% of what"),
+    ],
+)
+def test_how_much_of_a_model_the_picture_shows(run_of_a_scene: Path, alpha: float, told: str) -> None:
+    known = origin(run_of_a_scene)
+    assert known is not None
+    scene = read_scene(known.source, *known.choice)
+    explained = explain_pixel(read_picture(run_of_a_scene).pixels, scene, known.declaration(), X, Y, closest=1)
+    first = replace(explained.ranked()[0], alpha=alpha)
+    shown = replace(explained, predictions=(explained.predictions[0], first)).as_text()
+    assert f"  the picture {told}" in shown
+
+
 @pytest.mark.parametrize("place", [(X, Y), (X - 3, Y), (2, 2)])
 def test_what_fits_is_among_the_few_that_are_looked_at_closely(run_of_a_scene: Path, place: tuple[int, int]) -> None:
     known = origin(run_of_a_scene)
