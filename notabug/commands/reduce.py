@@ -24,6 +24,7 @@ from notabug.scenes_usd.errors import NotabugError, SelectionError
 from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.scene import Scene
 from notabug.scenes_usd.view import AS_IT_IS, View
 from notabug.scenes_usd.writer import write_scene
 
@@ -104,7 +105,7 @@ def readme(
     settings: Sequence[str],
     name: str,
     shown: Shown,
-    start: Any,
+    start: Scene,
 ) -> str:
     """The text that states what is expected and what is found."""
     x, y = shown.pixel

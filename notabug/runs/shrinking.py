@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,7 @@ from notabug.scenes_usd.temporary import temporary_folder
 
 Pixels = npt.NDArray[np.floating]
 Holds = Callable[[Scene], bool]
+Thing = TypeVar("Thing")
 Note = Callable[[str], None]
 
 LEAST_SIDE = 16
@@ -118,7 +119,7 @@ def size(scene: Scene) -> str:
     return f"{said}, {scene.width} x {scene.height} pixels"
 
 
-def minimal(items: Sequence[Any], holds: Callable[[Sequence[Any]], bool]) -> list[Any]:
+def minimal(items: Sequence[Thing], holds: Callable[[Sequence[Thing]], bool]) -> list[Thing]:
     """A part of ``items`` for which ``holds`` and from which no single item can go (ddmin, Zeller 2002).
 
     >>> minimal(range(100), lambda kept: 7 in kept and 42 in kept)

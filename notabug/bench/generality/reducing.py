@@ -6,9 +6,8 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
-from notabug.adapters.base import RendererError, UnsupportedError
+from notabug.adapters.base import Quality, RendererError, UnsupportedError
 from notabug.adapters.registry import adapter
 from notabug.bench.generality.decks import traits
 from notabug.bench.generality.examine import QUALITIES, Record
@@ -84,7 +83,7 @@ def shrunk(scene: Scene, examiner: Examiner, seconds: float, note: Note) -> Scen
     return reduced(scene, in_time, note)
 
 
-def _scene(record: Record, out: Path) -> tuple[Scene, Any]:
+def _scene(record: Record, out: Path) -> tuple[Scene, Quality]:
     if record["part"] == "meshes":
         from notabug.bench.generality.meshes import mesh_scene
 
