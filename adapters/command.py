@@ -34,7 +34,8 @@ class Command:
 
     Attributes
     ----------
-    command, environment : words with the placeholders of ``settings.PLACEHOLDERS``.
+    command, environment : words with the placeholders of ``settings.PLACEHOLDERS``. A word of command or version that
+        names a file in ``folder`` stands for that file, wherever the program runs.
     folder : that of the configuration file; a program with a slash in its name is found from there.
     version : the version itself, or the words of a command whose first line of output it is. With neither, the contents
         of the program stand for it.
@@ -122,7 +123,7 @@ class Command:
         }
         began = time.time()
         ended = run_child(
-            self._words(self.command, values),
+            self._words(self.command, values, folder),
             where=self.name,
             folder=folder,
             timeout=min(self.timeout, quality.timeout),
@@ -186,9 +187,20 @@ class Command:
             raise _unreadable(error, self.name, ended.log) from error
         return kept
 
-    def _words(self, words: tuple[str, ...], values: dict[str, str] | None = None) -> list[str]:
+    def _words(
+        self, words: tuple[str, ...], values: dict[str, str] | None = None, job: Path | None = None
+    ) -> list[str]:
+        """What is called: a word such as ``mine.py`` that names a file of the configuration's folder becomes its path.
+
+        The program runs in a folder of its own, so the word alone would not find it. A file of the ``job`` comes first.
+        """
         known = {"folder": str(self.folder), **(values or {})}
-        return [self._program(words[0]), *(filled(each, known) for each in words[1:])]
+
+        def found(word: str) -> str:
+            there = self.folder / word
+            return str(there) if _is_file(there) and not (job is not None and _is_file(job / word)) else word
+
+        return [self._program(words[0]), *(found(filled(word, known)) for word in words[1:])]
 
     def _program(self, word: str = "") -> str:
         word = filled(word or self.command[0], {"folder": str(self.folder)})
@@ -208,12 +220,21 @@ class Command:
         if os.sep in self.command[0]:
             words.insert(0, self.command[0])
         holes = dict.fromkeys(_NONE, "") | {"folder": str(self.folder)}
-        named = [path for word in words if (path := self.folder / filled(word, holes)).is_file()]
+        paths = [self.folder / filled(word, holes) for word in words]
+        named = [path for path in paths if _is_file(path)]
         globbed = [path for glob in self.files for path in self.folder.glob(glob) if path.is_file()]
         state = hashlib.blake2b(digest_size=6)
         for path in dict.fromkeys([*programs, *with_modules(named), *sorted(globbed)]):
             state.update(hashlib.blake2b(path.read_bytes(), digest_size=16).digest())
         return state.hexdigest()
+
+
+def _is_file(path: Path) -> bool:
+    """Is there such a file? No word of a command is too long to ask: ``python -c`` is given whole programs."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
 
 
 def _unreadable(error: PictureError, where: str, log: str) -> RendererError:

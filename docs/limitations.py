@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from notabug.listing import list_models
-from notabug.record import load
-from notabug.words import number, readable
+from notabug.commands.listing import list_models
+from notabug.results.record import load
+from notabug.results.wording import number, readable
 
 OURS = ("inhouse", "shadowmap", "zbuffer")
 

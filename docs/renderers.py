@@ -16,7 +16,7 @@ from typing import Any
 from notabug.adapters.base import Quality
 from notabug.adapters.registry import adapter
 from notabug.report.page import load
-from notabug.words import number, readable
+from notabug.results.wording import number, readable
 
 FOLDER = Path(__file__).with_name("renderers")
 MARK = "<!-- from runs, by docs/renderers.py -->"

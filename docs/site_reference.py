@@ -15,12 +15,12 @@ import typer
 
 from notabug.adapters.schema import schema
 from notabug.cli import app
+from notabug.commands.listing import list_scenes
 from notabug.exit_codes import _BY_ERROR, ExitCode
-from notabug.expectation import Entry
 from notabug.gallery.taxonomy import taxonomy
-from notabug.listing import list_scenes
 from notabug.metrics.verdict import Finding, Leg, Verdict
-from notabug.record import Result
+from notabug.results.expectation import Entry
+from notabug.results.record import Result
 
 ROOT = Path(__file__).resolve().parents[1]
 FLOORS = ("scenes_usd", "references", "adapters", "metrics", "notabug")

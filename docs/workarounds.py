@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from notabug.record import load
 from notabug.references.workarounds.workaround import workarounds
-from notabug.words import number, readable
+from notabug.results.record import load
+from notabug.results.wording import number, readable
 
 HEAD = """# The paper's workarounds, with and without
 

@@ -70,7 +70,7 @@ class Name:
         return self.glance * (1.0 if self.over(exact) else WORSE)
 
 
-UNNAMED = Name("unexplained", "no model of a fault leaves this picture", 1.0)
+UNNAMED = Name("unexplained", "no known coding error gives this picture", 1.0)
 
 
 def best_of(best: Name | None, names: Iterable[Name], exact: float, *, noisy: bool) -> Name | None:

@@ -88,7 +88,8 @@ class PixelExplanation:
         for place, each in enumerate(shown, 1):
             lines += ["", f"{place}. {_headline(self.found, each)}", f"  {each.claim}"]
             if each.alpha is not None:
-                lines.append(f"  found lies at {each.alpha:.2f} between the reference (0) and this model (1)")
+                part = f"{each.alpha:.0%} of" if 0.0 <= round(each.alpha, 2) <= 1.0 else f"{each.alpha:.3g} times"
+                lines.append(f"  the picture shows {part} what this model changes here")
             lines += _edge(each)
             usual = set(_terms(reference.probe))
             lines += [line for line in _terms(each.probe) if line not in usual]
@@ -100,11 +101,11 @@ class PixelExplanation:
         else:
             lines.append("")
         if self.others:
-            lines.append(f"{len(self.others)} are farther off")
+            lines.append(f"{len(self.others)} are farther off, compared at the pixel's centre alone")
         known = {each.name for each in ranked}
         same = [*self.idle, *(each.name for each in self.predictions[1:] if each.name not in known)]
         if same:
-            lines.append(f"like the reference here: {', '.join(same) if most is None else len(same)}")
+            lines.append(f"change nothing here: {', '.join(same) if most is None else len(same)}")
         return "\n".join(lines)
 
 

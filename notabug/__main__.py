@@ -10,9 +10,9 @@ from notabug.ending import exit_state, report_defect
 
 
 def main() -> None:
-    """``notabug.cli``; of a run that is to be long, a crew starts to load before the words are understood."""
+    """``notabug.cli``; of a run that is to be long, its workers start to load before the words are understood."""
     try:
-        from notabug.crew import prepare
+        from notabug.runs.workers import prepare
 
         if _is_long(sys.argv[1:]):
             with contextlib.suppress(Exception):  # the run starts one again, and tells what is wrong
@@ -28,7 +28,7 @@ def main() -> None:
 
 def _is_long(words: Sequence[str]) -> bool:
     """Whether ``words`` name so many scenes that processes will do them; a guess, which nothing depends on."""
-    from notabug.crew import JOBS_PER_PROCESS, cores_here
+    from notabug.runs.workers import JOBS_PER_PROCESS, cores_here
 
     named = sum(not each.startswith("-") for each in words[1:])
     elsewhere = {"--executor", "--workarounds", "--help"}.intersection(words)

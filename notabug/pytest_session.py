@@ -12,22 +12,25 @@ import numpy as np
 
 from notabug.adapters.base import Adapter, Declaration, Found, Quality, RendererMissingError
 from notabug.adapters.registry import adapter, adapters
-from notabug.expectation import BETTER
-from notabug.folders import sole_writer
-from notabug.gate import FailOn, Gate
-from notabug.judging import declare
+from notabug.commands.judge import declare
 from notabug.metrics.verdict import Verdict
-from notabug.outcome import judge_read
-from notabug.own_folder import claim
-from notabug.record import Result
 from notabug.report.page import draw
 from notabug.report.sentence import sentence
-from notabug.run import Calibrated, Plan, Run, Silent, Task, calibrate, perform
+from notabug.results.expectation import BETTER
+from notabug.results.gate import FailOn, Gate
+from notabug.results.record import Result
+from notabug.runs.first_card import Calibrated, calibrate
+from notabug.runs.folders import sole_writer
+from notabug.runs.job import perform
+from notabug.runs.judge_files import judge_read
+from notabug.runs.own_folder import claim
+from notabug.runs.plan import Plan, Silent, Task
+from notabug.runs.run import Run
+from notabug.runs.selection import choose, parse_variants
 from notabug.scenes_usd.errors import NotabugError, SelectionError
 from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import Picture, read_picture
 from notabug.scenes_usd.view import AS_IT_IS, View, view_of
-from notabug.selection import choose, parse_variants
 
 Kind = Literal["pass", "fail", "xfail", "skip"]
 

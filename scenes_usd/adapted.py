@@ -251,7 +251,7 @@ class _Layer:
                     attribute.Block() if now is None else attribute.Set(now)
                     count += 1
         if count:
-            self._say("/", f"{count} animated values as at time code {time:g}")
+            self._say("/", f"{count} animated value{'s' * (count != 1)} as at time code {time:g}")
 
     def mend(self, survey: Survey, mends: Mends) -> bool:
         """Overrule what ``survey`` refuses; whether anything was said."""

@@ -34,7 +34,8 @@ class Taken:
 
     def told(self, source: str) -> str:
         """One line that says so."""
-        return f"{source}: {summary(self.says)}; notabug adapt {source} --out own.usda writes it down"
+        all_of_it = f"notabug check {source} lists all, notabug adapt {source} --out own.usda writes it down"
+        return f"{source}: {summary(self.says)}; {all_of_it}"
 
 
 def summary(says: tuple[str, ...]) -> str:

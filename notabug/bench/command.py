@@ -8,8 +8,8 @@ from rich.table import Table
 
 from notabug.bench.speed import measure
 from notabug.exit_codes import ExitCode
-from notabug.progress import console
-from notabug.tool import tool
+from notabug.runs.progress import console
+from notabug.runs.provenance import tool
 
 
 def command(as_json: bool) -> ExitCode:

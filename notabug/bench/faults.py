@@ -22,11 +22,11 @@ from notabug.bench import faults_disk, faults_kills, faults_misdeeds
 from notabug.bench.faults_batch import Taken, batch
 from notabug.bench.faults_cases import KINDS
 from notabug.exit_codes import ExitCode
-from notabug.folders import write_json
 from notabug.printable import escaped
-from notabug.progress import console
+from notabug.runs.folders import write_json
+from notabug.runs.progress import console
+from notabug.runs.provenance import fingerprint, tool
 from notabug.scenes_usd.errors import SelectionError
-from notabug.tool import fingerprint, tool
 
 FILES = {"pictures": 10_000, "records": 50_000, "scenes": 10_000, "configurations": 15_000, "expectations": 15_000}
 SHOWN = 10

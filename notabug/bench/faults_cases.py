@@ -132,7 +132,7 @@ def _pictures() -> tuple[tuple[str, bytes], ...]:
 def record() -> dict[str, Any]:
     """A run's record with one result that has a finding."""
     from notabug.metrics.verdict import Finding, Verdict
-    from notabug.record import DEFAULTS, SCHEMA, Result
+    from notabug.results.record import DEFAULTS, SCHEMA, Result
 
     found = Finding("bug", "flat_normals", 4.0, (0, 0, 2, 2), jnd=3.0, message="why")
     result = Result("a/b", "s=1", "grey", "1", Verdict("bug", (found,), message="m"), image="a/b/s/grey/mean.exr")
@@ -178,15 +178,15 @@ def _configuration(path: Path) -> None:
 
 
 def _expectations(path: Path) -> None:
-    from notabug.expect_file import read
+    from notabug.results.expect_file import read
 
     read(path)
 
 
 def _record(path: Path) -> None:
-    from notabug.record import Result, load
     from notabug.report.builds import WRITERS
     from notabug.report.page import draw
+    from notabug.results.record import Result, load
 
     document = load(path.parent)
     results = [Result.from_dict(each) for each in document["results"]]

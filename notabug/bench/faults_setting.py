@@ -20,7 +20,7 @@ from typing import IO, Any
 import numpy as np
 import psutil
 
-PROGRAM = Path(__file__).with_name("misbehaving.py")
+PROGRAM = Path(__file__).with_name("misbehaving") / "program.py"
 SIDE = 32  # pixels: a job is quick
 OUT = "notabug-out"  # where a run writes that is not told otherwise
 PATIENCE = 900.0  # seconds on the clock for one run: a machine may be busy
@@ -186,7 +186,7 @@ def lay_out(folder: Path, names: Sequence[str], renderer: str = "wild", **settin
     return made
 
 
-def _toml(value: Any) -> str:
+def _toml(value: object) -> str:
     """``value`` as TOML, whose texts, numbers and lists are JSON's.
 
     >>> _toml({"PAUSE": "0.2"}), _toml(["a", "b"]), _toml(4)

@@ -12,10 +12,10 @@ from rich.console import Console
 
 from notabug.bench import page
 from notabug.exit_codes import ExitCode
-from notabug.folders import write_json
-from notabug.progress import console
-from notabug.record import json_ready
-from notabug.tool import tool
+from notabug.results.record import json_ready
+from notabug.runs.folders import write_json
+from notabug.runs.progress import console
+from notabug.runs.provenance import tool
 
 REPEATS = 3
 QUICK_SIDE = 48
@@ -86,7 +86,7 @@ def _stability(out: Path, note: Note, quick: bool, renderers: Sequence[str], res
 def _efficiency(out: Path, note: Note, quick: bool, renderers: Sequence[str], resume: bool) -> tuple[str, Rows]:
     from notabug.bench import efficiency
     from notabug.bench.efficiency_plan import plan
-    from notabug.tool import fingerprint
+    from notabug.runs.provenance import fingerprint
 
     rows: Rows = []
     code = fingerprint("scenes_usd", "references", "adapters", "bench")
@@ -119,7 +119,7 @@ def _metamorphic(out: Path, note: Note, quick: bool, renderers: Sequence[str], r
     from notabug.bench import metamorphic
     from notabug.bench.metamorphic_reduced import write_reduced
     from notabug.bench.metamorphic_relations import RELATIONS
-    from notabug.folders import folder_name
+    from notabug.runs.folders import folder_name
 
     who: list[tuple[str, metamorphic.Draw, float]] = [
         ("inhouse float64", metamorphic.in_house("float64"), metamorphic.EXACT),

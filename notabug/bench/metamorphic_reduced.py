@@ -10,8 +10,8 @@ import numpy as np
 from notabug.adapters.base import RendererError
 from notabug.bench.metamorphic import Check, Draw, check
 from notabug.bench.metamorphic_relations import Relation
-from notabug.folders import write_text
-from notabug.reduce import reduced, size
+from notabug.runs.folders import write_text
+from notabug.runs.shrinking import reduced, size
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 from notabug.scenes_usd.writer import write_scene

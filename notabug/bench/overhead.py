@@ -28,12 +28,13 @@ from notabug.adapters.config import renderer_tables
 from notabug.adapters.configured import configured
 from notabug.adapters.export.formats import write_pfm
 from notabug.adapters.settings import filled
-from notabug.crew import Alone, Crew, crew
-from notabug.record import Result
 from notabug.references.predict import predict
-from notabug.run import Plan, Silent, run
+from notabug.results.record import Result
+from notabug.runs.plan import Plan, Silent
+from notabug.runs.run import run
+from notabug.runs.selection import choose
+from notabug.runs.workers import Alone, Workers, workers_for
 from notabug.scenes_usd.reader import find, read_scene
-from notabug.selection import choose
 
 JOBS = 60
 SECONDS = 0.05
@@ -96,13 +97,13 @@ class Bench:
                 own += time.process_time() - spent
         return bare, supervised, own
 
-    def run(self, crew: Crew, threads: int = 0) -> tuple[float, list[Result]]:
+    def run(self, workers: Workers, threads: int = 0) -> tuple[float, list[Result]]:
         """Seconds of a whole run in this process, and its results."""
         adapter = self.adapter()
         choices = choose([str(self.folder / name) for name in self.names], {})
         with tempfile.TemporaryDirectory(dir=self.folder) as out:
             renderers = {"fifty": (adapter, adapter.find())}
-            plan = Plan(choices, renderers, Path(out), quality=Quality(threads=threads), crew=crew)
+            plan = Plan(choices, renderers, Path(out), quality=Quality(threads=threads), workers=workers)
             begun = time.perf_counter()
             results = run(plan, Silent()).results
             return time.perf_counter() - begun, results
@@ -117,14 +118,14 @@ class Bench:
 def measure(folder: Path, jobs: int = JOBS, rounds: int = ROUNDS) -> dict[str, float]:
     """Seconds of each way to do the jobs, the middle of ``rounds``, and shares of the bare commands' seconds."""
     bench = Bench.set_up(folder, jobs)
-    at_work, threads = crew("", 0, jobs)
+    at_work, threads = workers_for("", 0, jobs)
     found: dict[str, list[float]] = {}
 
     def note(**values: float) -> None:
         for name, value in values.items():
             found.setdefault(name.replace("_", " "), []).append(value)
 
-    # before a crew is started: what a supervised process leaves behind is looked for among all children
+    # before workers are started: what a supervised process leaves behind is looked for among all children
     for _ in range(rounds):
         bare, supervised, own = bench.supervision()
         note(supervision_over_bare=supervised / bare - 1.0, supervision_own_ms=1e3 * own / jobs)

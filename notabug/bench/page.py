@@ -17,7 +17,7 @@ from notabug.bench import efficiency, metamorphic, prose, stability
 from notabug.bench.efficiency_error import MEASURES, Floor
 from notabug.bench.plots import efficiency_plot, stability_plot
 from notabug.bench.stability_sweeps import SWEEPS
-from notabug.folders import folder_name, write_text
+from notabug.runs.folders import folder_name, write_text
 
 KINDS = ("efficiency", "stability", "metamorphic")
 

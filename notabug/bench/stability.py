@@ -21,9 +21,9 @@ from notabug.bench.stability_kinds import Truth, kinds, truth, wrong
 from notabug.bench.stability_scenes import headlit
 from notabug.bench.stability_sweeps import Sweep
 from notabug.bench.stability_theory import SHARE
-from notabug.folders import write_json
+from notabug.runs.folders import write_json
+from notabug.runs.provenance import fingerprint
 from notabug.scenes_usd.scene import Scene
-from notabug.tool import fingerprint
 
 FINE = 2.0  # the onset is bisected to this factor
 FOLLOWED = 2  # decades drawn beyond the onset, for the curve

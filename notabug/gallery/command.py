@@ -8,7 +8,7 @@ from pathlib import Path
 
 from notabug.exit_codes import ExitCode
 from notabug.gallery.site import build
-from notabug.progress import console
+from notabug.runs.progress import console
 
 
 def command(

@@ -14,19 +14,19 @@ import numpy.typing as npt
 
 from notabug.gallery.store import Store
 from notabug.metrics.noise import measure
-from notabug.record import Result, json_ready, load
 from notabug.references import store as references
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
 from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
 from notabug.report.loading import inside
+from notabug.results.record import Result, json_ready, load
+from notabug.results.wording import area, finding_names, strongest
 from notabug.scenes_usd.catalogue import Entry, scenes
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 from notabug.scenes_usd.view import from_text
-from notabug.words import area, finding_names, strongest
 
 Floats = npt.NDArray[np.floating]
 

@@ -12,10 +12,10 @@ from notabug.gallery.store import Store
 from notabug.references.models.model import models
 from notabug.references.predict import predict
 from notabug.references.workarounds.workaround import Setting, Workaround, workarounds
+from notabug.results.wording import area, number
 from notabug.scenes_usd.catalogue import entry
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
-from notabug.words import area, number
 
 
 @dataclass(frozen=True, slots=True)

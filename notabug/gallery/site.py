@@ -24,9 +24,9 @@ from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
 from notabug.references.raster.picture import RasterOptions, raster_picture
 from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.results.wording import STYLE, WORST_FIRST
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
-from notabug.words import STYLE
 
 ASSETS = (
     "base.css",
@@ -47,8 +47,6 @@ POLICY = (
 )
 
 CALIBRATION = "calibration"  # the class of the card, which is no artifact
-
-_WORST = {word: at for at, word in enumerate(("bug", "error", "inconclusive", "limitation", "pass", "unsupported"))}
 
 
 def build(
@@ -155,7 +153,7 @@ def viewer_address(scene: str, variant: str, **more: str) -> str:
 def _rank(exhibit: Exhibit) -> tuple[int, float, str]:
     """Worst first: the worst verdict, then the largest area."""
     latest = exhibit.latest.values()
-    worst = min((_WORST[each.result.verdict.word] for each in latest), default=len(_WORST))
+    worst = min((WORST_FIRST.index(each.result.verdict.word) for each in latest), default=len(WORST_FIRST))
     return worst, -max((each.area for each in latest), default=0.0), exhibit.scene
 
 
@@ -228,5 +226,5 @@ def _plain(text: str) -> str:
     return "".join(each if each.isalnum() and each.isascii() else "_" for each in text)[:60]
 
 
-def _json(value: Any) -> str:
+def _json(value: object) -> str:
     return json.dumps(value, separators=(",", ":"))

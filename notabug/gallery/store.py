@@ -7,14 +7,13 @@ import hashlib
 import json
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from notabug.folders import write_text
-from notabug.own_folder import claim, keep_list, listed, sweep
 from notabug.report.pictures import Bytes, tone_map
+from notabug.runs.folders import write_text
+from notabug.runs.own_folder import claim, keep_list, listed, sweep
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import write_exr
 
@@ -50,7 +49,7 @@ class Store:
             self._write(target, f'notabug.deliver("{name}","{encoded}");\n')
         return name
 
-    def record(self, document: Any) -> str:
+    def record(self, document: object) -> str:
         """Keep a JSON document; the name under which pages load it."""
         text = json.dumps(document, allow_nan=False, separators=(",", ":"))
         name = _hash(text.encode())

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from notabug import __version__
 from notabug.metrics.verdict import GLYPH
-from notabug.words import STYLE, number, readable
+from notabug.results.wording import STYLE, number, readable
 
 if TYPE_CHECKING:
     import jinja2

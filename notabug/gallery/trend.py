@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from notabug.gallery.exhibits import Exhibit, Run
-from notabug.record import Result
-from notabug.words import STYLE, area, finding_names, strongest
+from notabug.results.record import Result
+from notabug.results.wording import STYLE, area, finding_names, strongest
 
 _ORDER = {word: at for at, word in enumerate(STYLE)}
 _BAND = 0.05  # of an area or strength: less is rounding, noise of seeds, another machine

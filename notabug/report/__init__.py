@@ -1,1 +1,1 @@
-"""The report: one self-contained HTML page drawn from run.json."""
+"""The report: a page drawn from run.json, its pictures beside it or in it, and what build servers take."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from notabug.comparing import Change, compare
-from notabug.record import Result
+from notabug.commands.diff import Change, compare
+from notabug.results.record import Result
 
 CHANGES = ("new", "worse", "better", "fixed")
 

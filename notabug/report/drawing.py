@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from notabug.record import Result
 from notabug.report.loading import inside
 from notabug.report.pictures import Bytes, levels, png, tone_map
 from notabug.report.rows import Shown
+from notabug.results.record import Result
+from notabug.results.wording import number
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture
-from notabug.words import number
 
 FOLDER = "report_files"
 LEGS = ("bug", "limitation")

@@ -5,19 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from notabug.record import Result
+from notabug.report.next_steps import going_on
 from notabug.report.sentence import scene_file, sentence, title
+from notabug.results.record import Result
 
 
 def github(document: dict[str, Any], results: list[Result], out: Path) -> str:
-    """An error for what fails, a warning for what a gate lets pass though it was not expected."""
-    del document, out
+    """An error for what fails, a warning for what a gate lets pass though it was not expected, and commands."""
+    del document
     lines = []
     for each in results:
         if each.fails or each.surprising or each.verdict.word == "error":
             level = "error" if each.fails else "warning"
             place = f"file={_value(scene_file(each))},title={_value(title(each))}"
-            lines.append(f"::{level} {place}::{_data(sentence(each))}")
+            told = "\n".join(part for part in (sentence(each), going_on(each, out)) if part)
+            lines.append(f"::{level} {place}::{_data(told)}")
     return "".join(f"{line}\n" for line in lines)
 
 

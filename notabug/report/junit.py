@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from notabug.record import Result
+from notabug.report.next_steps import going_on
 from notabug.report.sentence import sentence
+from notabug.results.record import Result
 
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # by XML 1.0
 SKIPPED = frozenset({"unsupported", "inconclusive"})
@@ -17,12 +18,11 @@ SKIPPED = frozenset({"unsupported", "inconclusive"})
 
 def junit(document: dict[str, Any], results: list[Result], out: Path) -> str:
     """The run ``document`` as one XML document; what fails is a failure, an error that fails an error."""
-    del out
     suites = ElementTree.Element("testsuites", name="notabug")
     for renderer in dict.fromkeys(each.renderer for each in results):
         own = [each for each in results if each.renderer == renderer]
         version = document["renderers"].get(renderer, {}).get("version", "")
-        _suite(suites, _text(f"notabug.{renderer}"), own, version)
+        _suite(suites, _text(f"notabug.{renderer}"), own, version, out)
     for renderer, found in document["renderers"].items():
         if "missing" in found:
             suite = _counts(suites, _text(f"notabug.{renderer}"), tests=1, skipped=1)
@@ -32,7 +32,7 @@ def junit(document: dict[str, Any], results: list[Result], out: Path) -> str:
     return ElementTree.tostring(suites, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def _suite(suites: ElementTree.Element, name: str, results: Sequence[Result], version: str) -> None:
+def _suite(suites: ElementTree.Element, name: str, results: Sequence[Result], version: str, out: Path) -> None:
     errors = sum(each.fails and each.verdict.word == "error" for each in results)
     suite = _counts(
         suites,
@@ -46,7 +46,7 @@ def _suite(suites: ElementTree.Element, name: str, results: Sequence[Result], ve
     properties = ElementTree.SubElement(suite, "properties")
     ElementTree.SubElement(properties, "property", name="renderer_version", value=_text(version))
     for each in results:
-        _case(suite, each)
+        _case(suite, each, out)
 
 
 def _counts(
@@ -64,7 +64,7 @@ def _counts(
     return ElementTree.SubElement(suites, "testsuite", {"name": name, **texts, "time": f"{time:.3f}"})
 
 
-def _case(suite: ElementTree.Element, result: Result) -> None:
+def _case(suite: ElementTree.Element, result: Result, out: Path) -> None:
     name = result.scene + (f"[{result.variant}]" if result.variant else "")
     seconds = f"{sum(result.seconds.values()):.3f}"
     case = ElementTree.SubElement(suite, "testcase", classname=_text(result.renderer), name=_text(name), time=seconds)
@@ -73,7 +73,7 @@ def _case(suite: ElementTree.Element, result: Result) -> None:
     if result.fails:
         kind = "error" if word == "error" else "failure"
         failed = ElementTree.SubElement(case, kind, message=said, type=result.state if word != "error" else "error")
-        failed.text = _text(f"{said}\n{result.command}")
+        failed.text = _text(f"{said}\n{going_on(result, out)}")
     elif word in SKIPPED:
         ElementTree.SubElement(case, "skipped", message=said)
     output = ElementTree.SubElement(case, "system-out")

@@ -9,8 +9,8 @@ from typing import Any
 
 from notabug.metrics.verdict import GLYPH
 from notabug.printable import printable
-from notabug.record import Result
-from notabug.words import area, finding_names, number, strongest, tally
+from notabug.results.record import Result
+from notabug.results.wording import area, finding_names, number, strongest, tally
 
 _MARKS = re.compile(r"([\\`*_{}\[\]<>()#+\-.!|~&@])")
 

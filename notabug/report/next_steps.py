@@ -5,9 +5,10 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-from notabug.accepting import entry_for
-from notabug.expect_file import VERDICTS, entry_text
-from notabug.record import Result
+from notabug.commands.accept import entry_for
+from notabug.printable import printable
+from notabug.results.expect_file import VERDICTS, entry_text
+from notabug.results.record import Result
 from notabug.scenes_usd.view import options_for
 
 DEFAULT_OUT = Path("notabug-out")
@@ -21,6 +22,12 @@ def why_command(result: Result, out: Path, peak: tuple[int, int] | None) -> str:
     words = ["notabug", "why", (out / result.image).as_posix()]
     place = peak or _middle(result)
     return shlex.join([*words, "--pixel", f"{place[0]},{place[1]}"] if place else words)
+
+
+def going_on(result: Result, out: Path) -> str:
+    """For a log: the commands that explain ``result`` and that make it again, a line each."""
+    lines = (("explain", why_command(result, out, None)), ("again", result.command))
+    return "\n".join(printable(f"{what}: {' '.join(command.split())}") for what, command in lines if command)
 
 
 def accept_command(result: Result, out: Path) -> str:

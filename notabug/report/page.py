@@ -14,14 +14,15 @@ from typing import Any
 
 from markupsafe import Markup
 
-from notabug.folders import write_text
 from notabug.gallery.templating import environment
-from notabug.record import Result, load
 from notabug.report.comparison import CHANGES
 from notabug.report.drawing import FOLDER, Pictures
 from notabug.report.legend import LEGEND
 from notabug.report.loading import results_of
-from notabug.report.rows import WORST_FIRST, Group, Key, Row, Summary, changes_against, groups, key, make_row, summarise
+from notabug.report.rows import Group, Key, Row, Summary, changes_against, groups, key, make_row, summarise
+from notabug.results.record import Result, load
+from notabug.results.wording import WORST_FIRST
+from notabug.runs.folders import write_text
 from notabug.scenes_usd.errors import NotabugError
 
 POLICY = "default-src 'none'; img-src data: 'self' file:; base-uri 'none'; form-action 'none'"

@@ -9,14 +9,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from notabug.alike import alike
-from notabug.record import Result
 from notabug.report.comparison import CHANGES, changes, expected_change
 from notabug.report.next_steps import accept_command, accept_entry, why_command
-from notabug.words import area, finding_names, number, readable, strongest
+from notabug.results.alike import alike
+from notabug.results.record import Result
+from notabug.results.wording import WORST_FIRST, area, finding_names, number, readable, strongest
 
 Key = tuple[str, str, str]
-WORST_FIRST = ("bug", "error", "inconclusive", "limitation", "pass", "unsupported")  # the verdicts as the page has them
 
 
 @dataclass(frozen=True, slots=True)
@@ -258,7 +257,7 @@ def summarise(rows: Sequence[Row], versions: Mapping[str, str], baseline: Mappin
     words = ", ".join(f"{counted[word]} {word}" for word in WORST_FIRST if counted[word]) or "no results"
     fails = f"{failing} of {len(rows)} results fail{'s' if failing == 1 else ''}"
     return Summary(
-        headline=f"{fails if failing else 'nothing fails'}: {words}",
+        headline=f"{fails}; in all {words}" if failing else f"nothing fails: {words}",
         red=bool(failing),
         counts=tuple(counts),
         expected=by_state,

@@ -9,16 +9,16 @@ from typing import Any
 from urllib.parse import quote
 
 from notabug.metrics.verdict import Finding
-from notabug.record import Result, json_ready
+from notabug.report.next_steps import going_on
 from notabug.report.sentence import scene_file, sentence, title
-from notabug.words import decisive, readable
+from notabug.results.record import Result, json_ready
+from notabug.results.wording import decisive, readable
 
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
 def sarif(document: dict[str, Any], results: list[Result], out: Path) -> str:
     """What is wrong or known, as code scanners list it; what passes is left out."""
-    del out
     listed = [(result, finding) for result in results for finding in _findings(result)]
     rules = list(dict.fromkeys(_rule(result, finding) for result, finding in listed))
     run = {
@@ -32,7 +32,7 @@ def sarif(document: dict[str, Any], results: list[Result], out: Path) -> str:
         "invocations": [
             {"executionSuccessful": bool(document["finished"]), "commandLine": " ".join(document["command"])}
         ],
-        "results": [_result(result, finding, rules) for result, finding in listed],
+        "results": [_result(result, finding, rules, out) for result, finding in listed],
     }
     log = {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
     return json.dumps(json_ready(log), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
@@ -50,13 +50,14 @@ def _rule(result: Result, finding: Finding | None) -> str:
     return f"{finding.kind}/{finding.name}" if finding else result.verdict.word
 
 
-def _result(result: Result, finding: Finding | None, rules: list[str]) -> dict[str, Any]:
+def _result(result: Result, finding: Finding | None, rules: list[str], out: Path) -> dict[str, Any]:
     rule = _rule(result, finding)
+    told = finding.message if finding and finding.message else sentence(result)
     made: dict[str, Any] = {
         "ruleId": rule,
         "ruleIndex": rules.index(rule),
         "level": "error" if result.fails else "note",
-        "message": {"text": f"{title(result)}: {finding.message if finding and finding.message else sentence(result)}"},
+        "message": {"text": f"{title(result)}: {told}\n{going_on(result, out)}".rstrip()},
         "locations": [
             {
                 "physicalLocation": {"artifactLocation": {"uri": quote(scene_file(result), errors="replace")}},

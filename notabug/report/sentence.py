@@ -7,9 +7,9 @@ import shlex
 from pathlib import Path
 
 from notabug.printable import printable
-from notabug.record import Result
+from notabug.results.record import Result
+from notabug.results.wording import area, finding_names, number, strongest
 from notabug.scenes_usd.fence import SUFFIXES
-from notabug.words import area, finding_names, number, strongest
 
 
 def title(result: Result) -> str:
@@ -18,17 +18,23 @@ def title(result: Result) -> str:
 
 
 def sentence(result: Result) -> str:
-    """Verdict, names, size, state, reason and message, as far as there are such."""
+    """Verdict, names and size, the cause, then what was expected and why that was accepted, as far as there are such.
+
+    >>> from notabug.metrics.verdict import Verdict
+    >>> sentence(Result("acne/slab", "", "povray", "", Verdict("error", message="no such file"), state="new"))
+    'error: no such file; new'
+    """
     verdict = result.verdict
-    parts: list[str] = [verdict.word]
+    head: list[str] = [verdict.word]
     if names := finding_names(result):
-        parts.append(f"{names} ({number(round(area(result), 1))} px, jnd {number(strongest(result), 2)})")
+        head.append(f"{names} ({number(round(area(result), 1))} px, jnd {number(strongest(result), 2)})")
+    if verdict.message and verdict.word not in ("pass", "limitation"):
+        head.append(" ".join(verdict.message.split()))
+    parts = [": ".join(head)]
     if result.state:
         parts.append(f"{result.state}{f', expected {result.expected}' if result.surprising else ''}")
     if result.because:
         parts.append(f"accepted because {result.because}")
-    if verdict.message and verdict.word not in ("pass", "limitation"):
-        parts.append(" ".join(verdict.message.split()))
     return printable("; ".join(parts))
 
 

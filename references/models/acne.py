@@ -51,7 +51,7 @@ def models(scene: Scene) -> Iterator[Model]:
         name="no_epsilon",
         kind="fault",
         rule="any" if bends else "set",
-        claim="rays meet the surface that they start on, for want of an epsilon",
+        claim="rays meet the surface that they start on, since no epsilon keeps them off it",
         cites=f"{_PAPER}; {_EPSILON}",
         options={"acne": lost[0], "hit_error": np.inf},
         others=tuple({"acne": each, "hit_error": np.inf} for each in lost[1:]),

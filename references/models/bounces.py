@@ -16,9 +16,9 @@ def models(scene: Scene) -> Iterator[Model]:
     bends = any(any(each.mirror) or any(each.transmission) for each in scene.materials)
     sheets = any(each.opacity < 1 for each in scene.materials)
     for n in reversed(range(CONTRACT)):
-        followed = (
-            f"at most {n} bounces are followed" if n > 1 else "one bounce is followed" if n else "none is followed"
-        )
+        followed = f"at most {n} bounces are followed" if n > 1 else "one bounce is followed"
+        if n == 0:
+            followed = "no ray is followed that a mirror or glass sends on"
         if bends:
             yield _limit(n, followed, "reflections" if sheets else "")
         if sheets:
@@ -30,7 +30,7 @@ def _limit(n: int, claim: str, count: str) -> Model:
     return Model(
         name="bounce_limit",
         kind="limitation",
-        claim=f"of the rays that mirrors and glass send on {claim}" if not n else claim,
+        claim=claim,
         cites=_CITES,
         options={"bounces": n, "counted_passages": count == "passages"},
         when=("bounces", f"{n}"),

@@ -77,15 +77,15 @@ def _crossings(scene: Scene) -> Iterator[Model]:
         if gap > LARGEST * seen / scene.width:
             continue
         for switches, rays, loses in (
-            (("shadow_gap",), "shadow rays cross one alone", "crossings"),
-            (("shadow_gap",), "shadow rays leave out the second object, back and all", "objects"),
-            (("shadow_gap", "ray_gap"), "shadow rays, and rays that go on, cross one alone", "crossings"),
-            (("ray_gap",), "rays that go on cross one alone", "crossings"),
+            (("shadow_gap",), "shadow rays cross only one of them", "crossings"),
+            (("shadow_gap",), "shadow rays leave out the whole second object, its back included", "objects"),
+            (("shadow_gap", "ray_gap"), "shadow rays and the rays that go on cross only one of them", "crossings"),
+            (("ray_gap",), "the rays that go on cross only one of them", "crossings"),
         ):
             yield Model(
                 name="crossed_once",
                 kind="limitation",
-                claim=f"of transparent surfaces that an epsilon (the declared one, else {gap:.2g}) does not keep apart"
+                claim=f"where transparent surfaces lie within epsilon of each other (the declared one, else {gap:.2g}),"
                 f" {rays}",
                 cites=_EPSILON,
                 options={**dict.fromkeys(switches, gap), "gap_loses": loses},

@@ -30,7 +30,7 @@ def models(scene: Scene) -> Iterator[Model]:
     yield Model(
         name="another_wins",
         kind="convention",
-        claim="of surfaces that coincide up to the rounding of their points another one than the scene's first wins",
+        claim="where surfaces coincide up to the rounding of their points, another one is seen than the scene's first",
         cites=_PAPER,
         options={"ties": "another"},
         when=("coincident", "another"),
@@ -64,7 +64,7 @@ def models(scene: Scene) -> Iterator[Model]:
         name="loser_wins",
         kind="fault",
         rule="set",
-        claim="a surface is seen that lies behind another by far more than any renderer fails to resolve",
+        claim="a surface is seen though another lies in front of it, by far more than any renderer fails to resolve",
         cites=_PAPER,
         options={"ties": "another", "resolution": FAR_ABOVE},
     )
@@ -86,7 +86,7 @@ def _fight(resolves: str, resolution: dict[str, float]) -> Model:
         name="coincident_surfaces",
         kind="limitation",
         rule="set",
-        claim="of surfaces that coincide within the renderer's resolution another one wins from pixel to pixel",
+        claim="where surfaces coincide within the renderer's resolution, which one is seen changes by pixel",
         cites=_PAPER,
         options={"ties": "another", **resolution},
         others=({"ties": "unlit", **resolution}, {"ties": "next", **resolution, **seen}),

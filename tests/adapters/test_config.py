@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import subprocess
 import sys
@@ -424,3 +425,31 @@ def test_doctor_runs_no_program_that_another_user_names(tmp_path: Path) -> None:
     assert done.returncode == 2, done.stderr
     assert "NOTABUG_OWNERS" in done.stderr
     assert not list(tmp_path.rglob("ran"))
+
+
+def words_given(folder: Path, command: list[str]) -> list[str]:
+    """The words that the program of ``command`` gets, by its own account; it draws nothing."""
+    adapter = configured("mine", table(folder, command=command, environment={"TOLD": "{folder}/told.json"}), {})
+    out = folder / "out"
+    out.mkdir()
+    with pytest.raises(RendererError):
+        adapter.render(read_scene("calibration/plain_card"), out, Quality())
+    return list(json.loads((folder / "told.json").read_text()))
+
+
+TELL = "import json, os, sys\njson.dump(sys.argv, open(os.environ['TOLD'], 'w'))"
+
+
+def test_a_word_that_names_a_file_beside_the_configuration_is_that_file(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(TELL)
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "colours.txt").write_text("")
+    (tmp_path / "scene.json").write_text("not that of the job")
+    words = ["mine.py", "lib/colours.txt", "lib", "scene.json", "other.txt", "--fast", "", "{scene}", "{image}"]
+    given = words_given(tmp_path, [sys.executable, *words])
+    assert given[:2] == [str(tmp_path / "mine.py"), str(tmp_path / "lib" / "colours.txt")]
+    assert given[2:7] == ["lib", "scene.json", "other.txt", "--fast", ""]  # a folder, a file of the job, no file
+
+
+def test_a_word_may_be_a_whole_program(tmp_path: Path) -> None:
+    assert words_given(tmp_path, [sys.executable, "-c", TELL + "\n#" + "x" * 5000, "{scene}", "{image}"])[0] == "-c"

@@ -17,7 +17,7 @@ from notabug.adapters.inhouse import InHouse
 from notabug.cli import main
 from notabug.exit_codes import ExitCode
 from notabug.metrics.causes import encoded
-from notabug.outcome import judge_pictures
+from notabug.runs.judge_files import judge_pictures
 from notabug.scenes_usd.picture import PictureError, write_exr
 
 Floats = npt.NDArray[np.floating]

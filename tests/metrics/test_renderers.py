@@ -13,7 +13,7 @@ import pytest
 from notabug.adapters.base import Adapter, Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.metrics.verdict import Finding, Verdict
-from notabug.record import Result
+from notabug.results.record import Result
 from notabug.scenes_usd.catalogue import expected
 from notabug.scenes_usd.scene import Light, Material, Mesh, Scene
 

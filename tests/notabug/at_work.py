@@ -1,4 +1,4 @@
-"""What jobs of test_crew.py do while they have a renderer at work, in a crew's process."""
+"""What jobs of test_workers.py do while they have a renderer at work, in a worker process."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import signal
 import time
 from pathlib import Path
 
-from notabug.crew import rendering
+from notabug.runs.workers import rendering
 
 
 def renders_until(sign: str) -> bool:

@@ -14,10 +14,10 @@ import OpenImageIO
 import pytest
 
 import notabug.adapters.registry
-import notabug.doctor
-import notabug.listing
-import notabug.outcome
-import notabug.running
+import notabug.commands.doctor
+import notabug.commands.listing
+import notabug.commands.run
+import notabug.runs.judge_files
 from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError
 from notabug.cli import main
 from notabug.metrics.judge import Judgement
@@ -108,9 +108,9 @@ def door(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.Capture
     renderers = {"grey": FakeRenderer()}
     judge = FakeJudge()
     there: Callable[[], dict[str, FakeRenderer]] = lambda: dict(sorted(renderers.items()))  # noqa: E731
-    for module in (notabug.adapters.registry, notabug.running, notabug.doctor, notabug.listing):
+    for module in (notabug.adapters.registry, notabug.commands.run, notabug.commands.doctor, notabug.commands.listing):
         monkeypatch.setattr(module, "adapters", there)
-    monkeypatch.setattr(notabug.outcome, "judge", judge)
+    monkeypatch.setattr(notabug.runs.judge_files, "judge", judge)
     monkeypatch.delenv("NOTABUG_REQUIRE", raising=False)
     monkeypatch.setenv("NOTABUG_JOBS", "1")  # other processes would not know these renderers
     monkeypatch.chdir(tmp_path)

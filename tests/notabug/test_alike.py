@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from notabug.alike import alike, kind, missing_features
 from notabug.metrics.verdict import Verdict
-from notabug.record import Result
+from notabug.results.alike import alike, kind, missing_features
+from notabug.results.record import Result
 
 
 def result(message: str, word: Any = "error", renderer: str = "mine", scene: str = "a/b") -> Result:

@@ -13,12 +13,12 @@ import junitparser
 import pytest
 
 from notabug.adapters.base import RendererError
-from notabug.comparing import compare
-from notabug.merging import MergeError, merge
+from notabug.commands.diff import compare
+from notabug.commands.merge import MergeError, merge
 from notabug.metrics.verdict import Finding, Verdict
-from notabug.record import Result
+from notabug.results.record import Result
+from notabug.runs.selection import Choice, part
 from notabug.scenes_usd.reader import find
-from notabug.selection import Choice, part
 
 NASTY = "a]]>\x00<b>\n::error::x|`%"
 
@@ -50,6 +50,9 @@ def test_junit_is_read_by_others(ran: Any, tmp_path: Path) -> None:
     assert kinds["terminator/sphere[tessellation=24x12]"] == ["Failure"]
     assert [each for name, each in kinds.items() if name.startswith("terminator/bowl")] == [["Error"]]
     assert sum(bool(each) for each in kinds.values()) == 3
+    (failed,) = [case.result[0].text for case in suite if case.name.startswith("terminator/sphere")]
+    assert "\nexplain: notabug why " in failed
+    assert "\nagain: notabug run terminator/sphere" in failed
     before = (suite.tests, suite.failures, suite.errors, suite.skipped)
     suite.update_statistics()  # counted again from the cases
     assert (suite.tests, suite.failures, suite.errors, suite.skipped) == before
@@ -95,6 +98,13 @@ def test_github_gets_one_command_a_line(ran: Any, tmp_path: Path, monkeypatch: p
     assert all(line.startswith(("::error file=", "::warning file=")) for line in lines)
     assert "file=scenes_usd/terminator/sphere.usda" in ran.stdout
     assert "%25" in ran.stdout
+    bug = next(line for line in lines if "title=terminator/sphere" in line)
+    told, explain, again = bug.split("%0A")[0], bug.split("%0Aexplain: ")[1].split("%0A")[0], bug.split("%0Aagain: ")[1]
+    assert told.partition("::")[2].partition("::")[2].startswith("bug: flat normals (40 px, jnd 3): ")
+    assert explain.startswith(f"notabug why {(ran.out / 'terminator').as_posix()}/sphere/")
+    assert explain.endswith("--pixel 4,4")
+    assert again.startswith("notabug run terminator/sphere")
+    assert lines[0].count("%0A") <= 3
     assert "flat normals" in summary.read_text()
 
 
@@ -114,6 +124,7 @@ def test_sarif_is_of_the_schema(ran: Any) -> None:
     assert ran("report", str(ran.out), "--to", "sarif") == 0
     document = json.loads(ran.stdout)
     Sarif.model_validate(document)
+    assert "\nexplain: notabug why " in document["runs"][0]["results"][0]["message"]["text"]
     (run,) = document["runs"]
     assert {(each["ruleId"], each["level"]) for each in run["results"]} == {
         ("bug/flat_normals", "error"),

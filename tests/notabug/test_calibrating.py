@@ -15,11 +15,11 @@ import pytest
 from notabug.adapters.base import Adapter, Found, Quality, Render
 from notabug.adapters.inhouse import InHouse
 from notabug.adapters.zbuffer import ZBuffer
-from notabug.calibrating import calibrate, command
+from notabug.commands.calibrate import calibrate, command
 from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import models
-from notabug.run import Plan, Silent
-from notabug.run import calibrate as calibrate_in_run
+from notabug.runs.first_card import calibrate as calibrate_in_run
+from notabug.runs.plan import Plan, Silent
 from notabug.scenes_usd.picture import read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
 
@@ -114,7 +114,7 @@ def test_acne_on_the_card_is_a_bug_and_no_blur(tmp_path: Path) -> None:
 
 @pytest.fixture(autouse=True)
 def _fresh(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("notabug.calibrating.cache_root", lambda: tmp_path / "cache")
+    monkeypatch.setattr("notabug.commands.calibrate.cache_root", lambda: tmp_path / "cache")
     CALLS.clear()
 
 

@@ -16,12 +16,12 @@ import notabug
 import notabug.__main__ as program
 from notabug.adapters.base import RendererError, RendererMissingError
 from notabug.exit_codes import ExitCode, exit_code
-from notabug.gate import Gate, code_of
 from notabug.metrics.verdict import Finding, Verdict
-from notabug.record import Result
+from notabug.results.gate import Gate, code_of
+from notabug.results.record import Result
+from notabug.runs.selection import NothingSelectedError
 from notabug.scenes_usd.errors import NotabugError, SceneError
 from notabug.scenes_usd.picture import write_exr
-from notabug.selection import NothingSelectedError
 
 NAMES = [f"{index}.usda" for index in range(8)]
 
@@ -54,16 +54,16 @@ def test_the_program_says_its_version_and_is_light_to_import() -> None:
         ([], False),
     ],
 )
-def test_a_crew_is_started_ahead_for_a_long_run_alone(
+def test_workers_are_started_ahead_for_a_long_run_alone(
     words: list[str], long: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     started: list[str] = []
-    monkeypatch.setattr("notabug.crew.cores_here", lambda: 2)
-    monkeypatch.setattr("notabug.crew.prepare", lambda: started.append("crew"))
+    monkeypatch.setattr("notabug.runs.workers.cores_here", lambda: 2)
+    monkeypatch.setattr("notabug.runs.workers.prepare", lambda: started.append("workers"))
     monkeypatch.setattr("notabug.cli.main", lambda: started.append("words are read"))
     monkeypatch.setattr(sys, "argv", ["notabug", *words])
     program.main()
-    assert started == (["crew"] if long else []) + ["words are read"]
+    assert started == (["workers"] if long else []) + ["words are read"]
 
 
 def test_help_names_every_command(door: Any) -> None:
@@ -203,7 +203,7 @@ def test_a_defect_of_ours_is_no_bug_of_a_renderer(
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("notabug.listing.command", fail)
+    monkeypatch.setattr("notabug.commands.listing.command", fail)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     assert door("list") == ExitCode.INTERNAL == 70
     assert door.stderr.count("\n") == 1
@@ -229,7 +229,7 @@ def test_what_the_system_says_of_files_is_one_line_and_a_usage_error(
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("notabug.listing.command", fail)
+    monkeypatch.setattr("notabug.commands.listing.command", fail)
     assert door("list") == ExitCode.USAGE
     assert door.stderr.count("\n") == 1
     assert str(error.strerror) in door.stderr
@@ -252,7 +252,7 @@ def test_an_import_that_fails_is_no_bug_of_a_renderer(tmp_path: Path) -> None:
 
 
 def test_where_no_trace_can_be_saved_it_is_printed(door: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("notabug.listing.command", lambda *_: 1 / 0)
+    monkeypatch.setattr("notabug.commands.listing.command", lambda *_: 1 / 0)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "gone"))
     assert door("list") == ExitCode.INTERNAL
     assert "Traceback" in door.stderr

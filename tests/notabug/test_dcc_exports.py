@@ -15,8 +15,8 @@ import pytest
 from notabug.adapters.base import Quality, RendererMissingError, UnsupportedError
 from notabug.adapters.registry import adapter
 from notabug.metrics.judge import judge
-from notabug.outcome import BLACK
 from notabug.references.predict import preview
+from notabug.runs.judge_files import BLACK
 from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import read_picture, write_png
 from notabug.scenes_usd.scene import Light, Scene, Texture

@@ -50,7 +50,7 @@ SKIPPED = {
     "notabug gallery notabug-out --out site": MINUTES,
     "notabug run --shard 1/2 --out part1": MINUTES,
     "notabug run --shard 2/2 --out part2": MINUTES,
-    "notabug run --executor dask://127.0.0.1:8786": "needs a Dask scheduler: test_crew.py starts one",
+    "notabug run --executor dask://127.0.0.1:8786": "needs a Dask scheduler: test_workers.py starts one",
     "mkdir try && cd try": COVERED,
     "cp <notabug>/docs/tiny.c . && cc -O2 tiny.c -o tiny -lm": COVERED,
     "notabug calibrate -r tiny": COVERED,

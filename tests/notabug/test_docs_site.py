@@ -19,7 +19,7 @@ import typer
 from notabug.adapters import declared
 from notabug.adapters.configured import COMMAND_KEYS, FILES_KEYS, LIMIT_KEYS
 from notabug.cli import app
-from notabug.record import Result
+from notabug.results.record import Result
 from notabug.scenes_usd.card import CLASSES
 from notabug.scenes_usd.catalogue import scenes
 

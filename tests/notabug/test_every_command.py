@@ -25,9 +25,9 @@ import notabug.bench.metamorphic_relations
 import notabug.bench.speed
 import notabug.bench.stability_sweeps
 import notabug.bench.verdict.command
-from notabug import options
 from notabug.bench.verdict.design import QUICK, groups
 from notabug.cli import app, main
+from notabug.command_line import options
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.writer import write_scene

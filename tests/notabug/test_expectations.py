@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from notabug.expect_file import ExpectationError, parse, with_entry
-from notabug.expectation import Entry
-from notabug.gate import Gate, code_of
 from notabug.metrics.verdict import Finding, Verdict
-from notabug.record import Result
+from notabug.results.expect_file import ExpectationError, parse, with_entry
+from notabug.results.expectation import Entry
+from notabug.results.gate import Gate, code_of
+from notabug.results.record import Result
 
 TODAY = datetime.date(2026, 6, 1)
 ENTRY = Entry("grey", "a/b", "s=1", "limitation", "it is so", "m1", name="acne", area_px=(90.0, 110.0), jnd=(1.0, 2.0))

@@ -11,9 +11,10 @@ from notabug.adapters.config import renderer_tables
 from notabug.adapters.configured import configured
 from notabug.bench.faults_misdeeds import GOOD, LIMITS, with_good, wrong
 from notabug.bench.faults_setting import Setting, lay_out
-from notabug.record import Result
-from notabug.run import Plan, run
-from notabug.selection import choose
+from notabug.results.record import Result
+from notabug.runs.plan import Plan
+from notabug.runs.run import run
+from notabug.runs.selection import choose
 
 pytestmark = pytest.mark.slow
 

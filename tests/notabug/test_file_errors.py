@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-import notabug.run
+import notabug.runs.job
+import notabug.runs.run
 from notabug.adapters import trees
 from notabug.adapters.base import Quality, Render, RendererError
 from notabug.scenes_usd.errors import FileError, is_of_files
@@ -97,14 +98,14 @@ def test_folders_in_place_of_our_files_cost_nothing(door: Any, name: str) -> Non
 
 
 def test_a_full_disk_costs_the_job_that_met_it(door: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    write = notabug.run.write_json
+    write = notabug.runs.job.write_json
 
     def full(path: Path, document: Any) -> None:
         if path.name == "result.json" and "uneven_quad" in str(path):
             raise OSError(errno.ENOSPC, "No space left on device")
         write(path, document)
 
-    monkeypatch.setattr(notabug.run, "write_json", full)
+    monkeypatch.setattr(notabug.runs.job, "write_json", full)
     assert door.run("terminator/sphere", "texture/uneven_quad") == 3
     found = {each["scene"]: each for each in json.loads((door.out / "run.json").read_text())["results"]}
     assert found["terminator/sphere"]["verdict"] == "pass"
@@ -117,7 +118,7 @@ def test_a_record_that_cannot_be_written_ends_the_run_with_one_line(door: Any, m
         del document
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
-    monkeypatch.setattr(notabug.run, "write_json", full)
+    monkeypatch.setattr(notabug.runs.run, "write_json", full)
     assert door.run("terminator/sphere") == 2
     assert "make room on the disk" in door.stderr
     assert "Traceback" not in door.stderr

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from notabug.folders import FolderInUseError, folder_name, job_folder, sole_writer, write_json
-from notabug.own_folder import ForeignFolderError, check, claim
+from notabug.runs.folders import FolderInUseError, folder_name, job_folder, sole_writer, write_json
+from notabug.runs.own_folder import ForeignFolderError, check, claim
 
 
 @given(st.text(st.characters(), max_size=200))

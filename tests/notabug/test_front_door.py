@@ -14,12 +14,12 @@ from typing import Any, get_type_hints
 import pytest
 import typer
 
-from notabug import completing
 from notabug.cli import _told, app
-from notabug.examples import EXAMPLES
+from notabug.command_line import completing
+from notabug.command_line.examples import EXAMPLES
+from notabug.results.wording import duration
 from notabug.scenes_usd.errors import ManyFaultsError, SceneError
 from notabug.scenes_usd.opinion import Opinion
-from notabug.words import duration
 
 COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 NO_DATA: frozenset[str] = frozenset()  # commands that yield nothing a program would read
@@ -77,7 +77,7 @@ def test_a_refused_scene_says_whether_a_layer_would_mend_it(
 def test_a_file_that_no_layer_can_mend_is_not_sent_to_adapt(
     text: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from notabug.checking import command
+    from notabug.commands.check import command
     from notabug.scenes_usd.view import view_of
 
     path = tmp_path / "scene.usda"
@@ -90,7 +90,7 @@ def test_a_file_that_no_layer_can_mend_is_not_sent_to_adapt(
 
 
 def test_a_run_says_what_it_does_and_how_long_that_takes(door: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    from notabug import running
+    from notabug.commands import run as running
 
     monkeypatch.setattr(running, "FIRST", 40.0)
     assert door("run", "terminator/sphere", "texture/uneven_quad") == 0

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-import notabug.installing
+import notabug.commands.install
 from notabug.adapters.environment import (
     COMPLETE,
     RECIPES,
@@ -21,7 +21,7 @@ from notabug.adapters.environment import (
     version_in,
 )
 from notabug.adapters.registry import adapters
-from notabug.installing import InstallError, command, find_python
+from notabug.commands.install import InstallError, command, find_python
 from notabug.scenes_usd.errors import SelectionError
 
 
@@ -138,6 +138,6 @@ def test_every_recipe_is_of_an_adapter_and_pinned() -> None:
 
 
 def test_the_list_names_sizes(capsys: pytest.CaptureFixture[str], cache: Path) -> None:
-    assert notabug.installing.command("", "", remove=False) == 0
+    assert notabug.commands.install.command("", "", remove=False) == 0
     said = capsys.readouterr().out
     assert all(f"{each.megabytes} MB" in said for each in RECIPES.values())

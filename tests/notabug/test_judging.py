@@ -15,7 +15,7 @@ from notabug.adapters.base import Declaration
 from notabug.adapters.config import ConfigError
 from notabug.adapters.declared import SRGB_SLOPE
 from notabug.cli import app
-from notabug.judging import declare
+from notabug.commands.judge import declare
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.picture import Picture, write_exr
 from notabug.scenes_usd.srgb import decode_srgb
@@ -53,7 +53,7 @@ def test_one_picture_is_not_noisy_unless_declared() -> None:
 def test_samples_are_taken_at_the_files_word(tmp_path: Path, words: list[str], samples: int) -> None:
     path = tmp_path / "picture.exr"
     write_exr(path, np.full((256, 256, 3), 0.1, np.float32))
-    with mock.patch("notabug.judging.judge_pictures", side_effect=SelectionError("enough seen")) as judged:
+    with mock.patch("notabug.commands.judge.judge_pictures", side_effect=SelectionError("enough seen")) as judged:
         CliRunner().invoke(app, ["judge", str(path), "--scene", "terminator/sphere", *words])
     assert judged.call_args.args[2].samples == samples
 
@@ -108,7 +108,7 @@ def test_declarations_reach_the_judge(tmp_path: Path, command: list[str]) -> Non
     path = tmp_path / "picture.exr"
     write_exr(path, np.full((256, 256, 3), 0.1, np.float32))
     words = ["--scene", "terminator/sphere", "--declare", "interpolation=flat", "--declare", "bounces=2"]
-    where = "notabug.judging.judge_pictures" if command == ["judge"] else "notabug.why.explain_pixel"
+    where = "notabug.commands.judge.judge_pictures" if command == ["judge"] else "notabug.commands.why.explain_pixel"
     with mock.patch(where, side_effect=SelectionError("enough seen")) as judged:
         CliRunner().invoke(app, [command[0], str(path), *command[1:], *words])
     given = judged.call_args.args[2]

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from notabug.mesh_cutting import clipped, cut
-from notabug.mesh_files import LARGEST, MeshFileError, RawMesh, parse_obj, read_mesh_file
-from notabug.scene_from_mesh import scene_from_mesh, scene_from_mesh_file
+from notabug.meshes.cutting import clipped, cut
+from notabug.meshes.files import LARGEST, MeshFileError, RawMesh, parse_obj, read_mesh_file
+from notabug.meshes.scene import scene_from_mesh, scene_from_mesh_file
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Floats
 from notabug.scenes_usd.writer import write_scene

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from notabug.exit_codes import ExitCode
-from notabug.gate import NO_REFERENCE, code_of
 from notabug.metrics.verdict import Verdict
-from notabug.record import Result
+from notabug.results.gate import NO_REFERENCE, code_of
+from notabug.results.record import Result
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Camera, Card, Light, Material, Mesh, Scene
 from notabug.scenes_usd.writer import write_scene
@@ -108,7 +108,7 @@ def test_the_corpus_command(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     """build and verify name the scene and go on with the next."""
-    from notabug import corpus
+    from notabug.commands import references as corpus
     from notabug.references import store
 
     true = store.trace_envelope(scene_of(FACES["sound"]))

@@ -11,10 +11,10 @@ import numpy.typing as npt
 import pytest
 
 from notabug.adapters.base import Declaration
-from notabug.judging import declare
+from notabug.commands.judge import declare
 from notabug.metrics.excused import BUDGET
-from notabug.outcome import judge_pictures
 from notabug.references.predict import predict
+from notabug.runs.judge_files import judge_pictures
 from notabug.scenes_usd.picture import Picture, read_picture, write_coded, write_exr
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
@@ -224,8 +224,8 @@ def test_a_picture_is_decoded_once(desk: Any, monkeypatch: pytest.MonkeyPatch) -
         seen.append(of)
         return read_picture(of, **options)
 
-    monkeypatch.setattr("notabug.judging.read_picture", counted)
-    monkeypatch.setattr("notabug.outcome.read_picture", counted)
+    monkeypatch.setattr("notabug.commands.judge.read_picture", counted)
+    monkeypatch.setattr("notabug.runs.judge_files.read_picture", counted)
     assert desk.judge(path) == 0
     assert seen == [path]
 

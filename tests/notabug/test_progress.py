@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,8 @@ import pytest
 from rich.console import Console
 
 from notabug.metrics.verdict import Finding, Verdict
-from notabug.progress import Board, fits, lines, listing, messages, shortened
-from notabug.record import Result
+from notabug.results.record import Result
+from notabug.runs.progress import Board, fits, lines, listing, messages, shortened
 
 LONG = "visibility/coincident_spheres"
 VARIANT = "gap=0,surface=mesh,transform=turned,world_offset=1000000"
@@ -45,6 +46,18 @@ def test_a_result_fits(width: int, word: str) -> None:
         assert shown[0].plain.endswith("4938 px, jnd 12")  # the name is shortened, the numbers are not
         assert "…" in shown[0].plain
         assert "facet self shadow, silhouette flip" in shown[1].plain
+
+
+@pytest.mark.parametrize("width", [60, 80, 100, 240])
+@pytest.mark.parametrize("word", ["bug", "pass", "error"])
+def test_what_was_expected_takes_no_room_from_the_name(width: int, word: str) -> None:
+    other = replace(result(word), expected="limitation: coincident_surfaces")
+    assert other.surprising
+    shown = [line.plain for line in lines(other, width)]
+    assert all(len(line) <= width for line in shown)
+    assert sum("expected limitation: coincident_surfaces" in line for line in shown) == 1
+    plain = lines(result(word), width)[0].plain
+    assert shown[0] == plain if width < 240 else shown[0].startswith(plain)
 
 
 @pytest.mark.parametrize("room", range(1, 40))

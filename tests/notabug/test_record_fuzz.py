@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from notabug.metrics.verdict import Finding, Leg, Verdict
-from notabug.record import RecordError, Result
 from notabug.report.page import draw
+from notabug.results.record import RecordError, Result
 from notabug.scenes_usd.errors import NotabugError
 
 FINDING = Finding("bug", "flat_normals", 4.0, (0, 0, 2, 2), message="why")

@@ -11,9 +11,9 @@ import pytest
 from notabug.adapters.base import Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.adapters.mitsuba import Mitsuba
+from notabug.commands.reduce import command, configured, readme
 from notabug.exit_codes import ExitCode
-from notabug.reduce import Examiner, bug, minimal, reduced, size
-from notabug.reducing import command, configured, readme
+from notabug.runs.shrinking import Examiner, bug, minimal, reduced, size
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Light, Scene

@@ -15,11 +15,11 @@ import numpy as np
 import OpenImageIO
 import pytest
 
-from notabug.folders import write_json
 from notabug.metrics.verdict import Finding, Verdict
-from notabug.record import Result
 from notabug.report.page import draw
 from notabug.report.pictures import levels, png, tone_map
+from notabug.results.record import Result
+from notabug.runs.folders import write_json
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import write_exr
 

@@ -10,7 +10,7 @@ import pytest
 
 from notabug.adapters.base import RendererError, UnsupportedError
 from notabug.metrics.verdict import Finding, Leg, Verdict
-from notabug.record import Result
+from notabug.results.record import Result
 
 BUG = Verdict("bug", (Finding("bug", "flat_normals", 40.0, (1, 2, 30, 40), z=math.inf),), message="flat normals")
 SCENES = ("calibration/card", "terminator/sphere", "texture/uneven_quad")
@@ -110,8 +110,8 @@ def test_a_changed_judge_judges_again_without_drawing(door: Any, monkeypatch: py
     door.run("terminator/sphere")
     door.grey.drawn.clear()
     door.judge.judged.clear()
-    real = __import__("notabug.run", fromlist=["fingerprint"]).fingerprint
-    monkeypatch.setattr("notabug.run.fingerprint", lambda *f: "new" if "metrics" in f else real(*f))
+    real = __import__("notabug.runs.job_files", fromlist=["fingerprint"]).fingerprint
+    monkeypatch.setattr("notabug.runs.job_files.fingerprint", lambda *f: "new" if "metrics" in f else real(*f))
     door.run("terminator/sphere")
     assert door.grey.drawn == []
     assert "terminator/sphere" in door.judge.judged

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
+from notabug.runs.selection import QUICK, NothingSelectedError, choose, parse_variants, quick
 from notabug.scenes_usd.card import CLASSES
 from notabug.scenes_usd.catalogue import entry, scenes
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.look import Look
 from notabug.scenes_usd.reader import find
-from notabug.selection import QUICK, NothingSelectedError, choose, parse_variants, quick
 
 SPHERE = "terminator/sphere"
 

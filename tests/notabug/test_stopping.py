@@ -105,14 +105,14 @@ def test_a_command_that_is_interrupted_is_no_bug(door: Any, monkeypatch: pytest.
         def stop(*_: object, error: BaseException = error) -> None:
             raise error
 
-        monkeypatch.setattr("notabug.listing.command", stop)
+        monkeypatch.setattr("notabug.commands.listing.command", stop)
         assert door("list") == code
         assert door.stderr == "notabug: stopped\n"
 
 
 def test_results_of_other_processes_are_collected(door: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """As when the process that was to hear of them is stopped first."""
-    from notabug.crew import Alone
+    from notabug.runs.workers import Alone
 
     assert door.run("terminator/sphere", "texture/uneven_quad") == 0
     door.grey.drawn.clear()

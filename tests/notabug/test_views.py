@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from notabug.accepting import command as accept
+from notabug.commands.accept import command as accept
 from notabug.metrics.verdict import Finding, Verdict
-from notabug.of_run import found
-from notabug.record import Result
 from notabug.references.predict import preview
 from notabug.report.next_steps import accept_command
+from notabug.results.of_run import found
+from notabug.results.record import Result
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader import read_scene

@@ -12,17 +12,17 @@ import pytest
 
 from notabug.adapters.base import Quality
 from notabug.adapters.registry import adapter
-from notabug.folders import write_json
+from notabug.commands.why import parse_pixel
 from notabug.metrics.verdict import Verdict
 from notabug.metrics.why import ENOUGH, explain_pixel
-from notabug.of_run import origin
-from notabug.record import Result
 from notabug.references.predict import preview
+from notabug.results.of_run import origin
+from notabug.results.record import Result
+from notabug.runs.folders import write_json
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.picture import read_picture, write_exr
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.writer import write_scene
-from notabug.why import parse_pixel
 
 X, Y = 18, 8  # a bright pixel of the small scene
 
@@ -101,6 +101,26 @@ def test_the_best_explanations_come_first_and_few(run_of_a_scene: Path) -> None:
     assert f"\n{len(ranked)}. " in whole
     assert len(brief.splitlines()) < 60
     assert f"{len(ranked) - 5} more that change this pixel" in brief
+
+
+@pytest.mark.parametrize(
+    ("alpha", "told"),
+    [
+        (1.0, "shows 100% of what this model changes"),
+        (0.25, "shows 25% of what"),
+        (68.62, "shows 68.6 times what"),
+        (-0.5, "shows -0.5 times what"),
+        (1.001, "shows 100% of what"),
+    ],
+)
+def test_how_much_of_a_model_the_picture_shows(run_of_a_scene: Path, alpha: float, told: str) -> None:
+    known = origin(run_of_a_scene)
+    assert known is not None
+    scene = read_scene(known.source, *known.choice)
+    explained = explain_pixel(read_picture(run_of_a_scene).pixels, scene, known.declaration(), X, Y, closest=1)
+    first = replace(explained.ranked()[0], alpha=alpha)
+    shown = replace(explained, predictions=(explained.predictions[0], first)).as_text()
+    assert f"  the picture {told}" in shown
 
 
 @pytest.mark.parametrize("place", [(X, Y), (X - 3, Y), (2, 2)])

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
 from notabug.metrics.verdict import Finding, Verdict
-from notabug.record import Result
-from notabug.words import area, duration, finding_names, number, strongest, tally
+from notabug.results.record import Result
+from notabug.results.wording import area, duration, finding_names, number, strongest, tally
 
 
 @pytest.mark.parametrize(
@@ -42,7 +43,11 @@ def test_the_numbers_of_a_verdict_are_those_of_what_made_it() -> None:
     assert of("pass", convention) == (20.0, 90.0)
     assert of("pass") == (0, 0.0)
     both = Result("a/b", "", "r", "1", Verdict("bug", (bug, limitation, bug)))
-    assert finding_names(both) == "flat normals, facet self shadow"
+    assert finding_names(both) == "flat normals beside facet self shadow"  # which is no bug
+    assert finding_names(replace(both, verdict=Verdict("bug", (bug, bug)))) == "flat normals"
+    assert finding_names(replace(both, verdict=Verdict("limitation", (limitation,)))) == "facet self shadow"
+    unclear = Verdict("inconclusive", (limitation, convention))
+    assert finding_names(replace(both, verdict=unclear)).startswith("facet self shadow, ")
 
 
 def test_tally_goes_by_seriousness() -> None:

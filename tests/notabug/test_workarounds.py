@@ -13,11 +13,12 @@ from notabug.adapters.inhouse import InHouse
 from notabug.adapters.zbuffer import ZBuffer
 from notabug.metrics.verdict import Finding, Leg, Verdict
 from notabug.references.workarounds.workaround import Workaround, workarounds
-from notabug.run import Plan, run
+from notabug.runs.plan import Plan
+from notabug.runs.run import run
+from notabug.runs.workarounds import Row, choices, chosen, rows
 from notabug.scenes_usd.card import CLASSES
 from notabug.scenes_usd.catalogue import entry
 from notabug.scenes_usd.errors import SelectionError
-from notabug.workarounds import Row, choices, chosen, rows
 
 PAPER = {
     *("epsilon", "reverse_ray_refinement", "snyder_barr_offset", "finer_tessellation", "evenly_sized_cells"),
@@ -117,7 +118,7 @@ def test_the_command_prints_and_records_before_and_after(door: Any, monkeypatch:
         judge.verdicts[scene.id] = _facets(5.0 if scene.variants == fine else 50.0)
         return judge(pictures, scene, declaration, **options)
 
-    monkeypatch.setattr("notabug.outcome.judge", by_variant)
+    monkeypatch.setattr("notabug.runs.judge_files.judge", by_variant)
     assert door.run("--workarounds", "finer_tessellation") == 0
     assert "reduced" in door.stdout
     (found,) = json.loads((door.out / "run.json").read_text())["workarounds"]

@@ -19,11 +19,11 @@ from notabug.bench.generality.jobs import Job, Part, expose, folder, installed
 from notabug.bench.generality.summary import WORDS, is_bad, sentence, summary
 from notabug.bench.verdict.run import run
 from notabug.exit_codes import ExitCode
-from notabug.folders import write_json
-from notabug.progress import console
-from notabug.record import json_ready
+from notabug.results.record import json_ready
+from notabug.runs.folders import write_json
+from notabug.runs.progress import console
+from notabug.runs.provenance import tool
 from notabug.scenes_usd.errors import SelectionError
-from notabug.tool import tool
 
 SCENES, QUICK = 400, 20  # scenes that are drawn
 FAULTS, LIMITED = 250, 150  # of them, with a fault, which shows in some 200, and with a limitation

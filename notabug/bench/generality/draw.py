@@ -14,7 +14,7 @@ from notabug.bench.generality.defects import with_defects
 from notabug.bench.generality.looks import Look, colour, look, picture
 from notabug.bench.generality.placing import Place, matrix_op, placed
 from notabug.bench.generality.shapes import SHAPES, Floats, Shape, floor, sheet
-from notabug.folders import write_text
+from notabug.runs.folders import write_text
 from notabug.scenes_usd.authoring.png import png
 from notabug.scenes_usd.authoring.stage import APERTURE, materials, stage
 from notabug.scenes_usd.authoring.usda import block, indent, integers, number, vector, vectors

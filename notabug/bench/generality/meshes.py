@@ -14,8 +14,8 @@ from notabug.bench.generality.examine import QUALITIES, Record, controls, examin
 from notabug.bench.generality.jobs import Job
 from notabug.bench.generality.looks import picture
 from notabug.bench.generality.mesh_store import SOURCES, NotFetchedError, fetched, source
-from notabug.mesh_files import read_mesh_file
-from notabug.scene_from_mesh import scene_from_mesh
+from notabug.meshes.files import read_mesh_file
+from notabug.meshes.scene import scene_from_mesh
 from notabug.scenes_usd.authoring.png import png
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene, Texture

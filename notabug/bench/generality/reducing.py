@@ -6,17 +6,17 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
-from notabug.adapters.base import RendererError, UnsupportedError
+from notabug.adapters.base import Quality, RendererError, UnsupportedError
 from notabug.adapters.registry import adapter
 from notabug.bench.generality.decks import traits
 from notabug.bench.generality.examine import QUALITIES, Record
 from notabug.bench.generality.jobs import Job, drawn
 from notabug.bench.generality.summary import CONTROLS, sentence
-from notabug.folders import folder_name, write_text
 from notabug.metrics.judge import judge
-from notabug.reduce import Examiner, Shown, bug, reduced, size
+from notabug.results.wording import triple
+from notabug.runs.folders import folder_name, write_text
+from notabug.runs.shrinking import Examiner, Shown, bug, reduced, size
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
@@ -66,7 +66,7 @@ def _write(record: Record, out: Path, note: Note, seconds: float) -> None:
         _pictures(again, out, "small-")
         x, y = again.pixel
         values = " ".join(
-            f"{name} {_triple(each[y, x])}" for name, each in (("expected", again.expected), ("found", again.found))
+            f"{name} {triple(each[y, x])}" for name, each in (("expected", again.expected), ("found", again.found))
         )
         text += f"`scene.usda`: {size(small)}, after {examiner.tried} pictures; at pixel ({x}, {y}): {values}\n"
     write_text(out / "README.md", text)
@@ -83,7 +83,7 @@ def shrunk(scene: Scene, examiner: Examiner, seconds: float, note: Note) -> Scen
     return reduced(scene, in_time, note)
 
 
-def _scene(record: Record, out: Path) -> tuple[Scene, Any]:
+def _scene(record: Record, out: Path) -> tuple[Scene, Quality]:
     if record["part"] == "meshes":
         from notabug.bench.generality.meshes import mesh_scene
 
@@ -95,7 +95,3 @@ def _scene(record: Record, out: Path) -> tuple[Scene, Any]:
 def _pictures(shown: Shown, out: Path, prefix: str = "") -> None:
     write_exr(out / f"{prefix}found.exr", shown.found)
     write_exr(out / f"{prefix}expected.exr", shown.expected)
-
-
-def _triple(value: Any) -> str:
-    return " ".join(f"{float(each):.5g}" for each in value)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -18,9 +17,10 @@ from notabug.bench.verdict.renderers import expose_renderer, renderer_groups
 from notabug.bench.verdict.run import Record, folder, run
 from notabug.bench.verdict.summary import OURS, summary
 from notabug.exit_codes import ExitCode
-from notabug.folders import write_json
-from notabug.progress import console
-from notabug.tool import tool
+from notabug.results.record import json_ready
+from notabug.runs.folders import write_json
+from notabug.runs.progress import console
+from notabug.runs.provenance import tool
 
 
 def command(*, quick: bool, as_json: bool, out: Path) -> ExitCode:
@@ -51,7 +51,7 @@ def command(*, quick: bool, as_json: bool, out: Path) -> ExitCode:
     }
     out.mkdir(parents=True, exist_ok=True)
     write_json(out / "verdict.json", document)
-    write_json(out / "records.json", {"records": finite(records)})
+    write_json(out / "records.json", {"records": json_ready(records)})
     if as_json:
         print(json.dumps(document, ensure_ascii=False, allow_nan=False))
     else:
@@ -62,15 +62,6 @@ def command(*, quick: bool, as_json: bool, out: Path) -> ExitCode:
     _plots(out, document)
     alarms = document["sides"]["evaluation"]["clean_called_bug"]["hits"]
     return ExitCode.BUG if alarms else ExitCode.OK
-
-
-def finite(value: Any) -> Any:
-    """``value`` with None for numbers that JSON lacks: what a gate says of an infinite picture, say."""
-    if isinstance(value, dict):
-        return {key: finite(each) for key, each in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _plots(out: Path, document: dict[str, Any]) -> None:

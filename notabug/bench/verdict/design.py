@@ -7,7 +7,7 @@ half are for tuning and half for evaluation, so every class is on both sides and
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -17,6 +17,7 @@ from notabug.scenes_usd.catalogue import scenes
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 
+Place = tuple[str, tuple[tuple[str, str], ...]]  # a scene and its variants
 Side = Literal["tuning", "evaluation"]
 Label = Literal["clean", "limitation", "bug"]
 
@@ -101,7 +102,7 @@ def seeds_of(scene: str, side: Side) -> tuple[int, ...]:
     return tuple(order[:half] if side == "tuning" else order[half:])
 
 
-def corpus() -> list[tuple[str, tuple[tuple[str, str], ...]]]:
+def corpus() -> list[Place]:
     """Every scene of the design: (id, variants)."""
     return [(each.id, ()) for each in scenes()] + [(name, tuple(sorted(of.items()))) for name, of in EXTRA]
 
@@ -113,7 +114,7 @@ def groups(size: Size) -> list[Group]:
     return sorted(found, key=lambda each: (number("order", each.setting()), number("order", each.key())))
 
 
-def _clean(size: Size, drawn: dict[Any, Scene]) -> Iterator[Group]:
+def _clean(size: Size, drawn: Mapping[Place, Scene]) -> Iterator[Group]:
     for scene, variants in drawn:
         for side in size.sides:
             for place, seed in enumerate(seeds_of(scene, side)[: max(1, size.clean_seeds // len(size.sides))]):
@@ -129,7 +130,7 @@ def _chosen(count: int, *parts: object) -> tuple[str, ...]:
     return (*NAMED, *others[: count - len(NAMED)])
 
 
-def _limited(size: Size, drawn: dict[Any, Scene]) -> Iterator[Group]:
+def _limited(size: Size, drawn: Mapping[Place, Scene]) -> Iterator[Group]:
     for each in LIMITATIONS:
         fit = [place for place, scene in drawn.items() if limits(each, scene)]
         fit.sort(key=lambda place, each=each: number("place", each.name, place))  # type: ignore[misc]
@@ -156,7 +157,7 @@ def limits(limitation: Limitation, scene: Scene) -> bool:
     return any(("gouraud_meshes", "all") not in each.also for each in found)
 
 
-def _faulty(size: Size, drawn: dict[Any, Scene]) -> Iterator[Group]:
+def _faulty(size: Size, drawn: Mapping[Place, Scene]) -> Iterator[Group]:
     for fault in FAULTS:
         fit = [place for place, scene in drawn.items() if _can(fault, scene)]
         middle = len(fault.strengths) // 2

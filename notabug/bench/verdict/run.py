@@ -16,9 +16,9 @@ from typing import Any, Protocol, TypeVar
 import notabug.bench.verdict
 import notabug.metrics
 import notabug.references
-from notabug.folders import write_text
 from notabug.references import _native
 from notabug.references.cache import cache_root, source_hash
+from notabug.runs.folders import write_text
 
 Record = dict[str, Any]
 LOOKS = 1.0  # seconds between two looks of a worker whether the bench is still there
@@ -30,7 +30,7 @@ class Keyed(Protocol):
 
     def key(self) -> str: ...
 
-    def setting(self) -> Any: ...
+    def setting(self) -> object: ...
 
 
 Work = TypeVar("Work", bound=Keyed)

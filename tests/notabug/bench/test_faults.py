@@ -13,7 +13,7 @@ from notabug.bench import faults, faults_batch, faults_cases
 from notabug.bench.faults import Part
 from notabug.bench.faults_batch import Taken
 from notabug.bench.faults_cases import KINDS, damaged, fault, is_sound
-from notabug.options import BenchPart
+from notabug.command_line.options import BenchPart
 from notabug.scenes_usd.errors import SelectionError
 
 

@@ -20,10 +20,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from notabug.folders import write_json
 from notabug.gallery.site import build
 from notabug.metrics.verdict import Finding, Leg, Verdict
-from notabug.record import Result
+from notabug.results.record import Result
+from notabug.runs.folders import write_json
 from notabug.scenes_usd.picture import write_exr
 
 SCENE, VARIANT = "texture/uneven_quad", "split=quad"

@@ -13,7 +13,7 @@ import pytest
 from notabug.gallery.site import build
 from notabug.gallery.taxonomy import taxonomy
 from notabug.metrics.verdict import GLYPH, Finding, Verdict
-from notabug.record import Result
+from notabug.results.record import Result
 from notabug.scenes_usd.card import CLASSES
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import write_exr

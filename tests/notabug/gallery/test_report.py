@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from notabug.folders import write_json
 from notabug.metrics.verdict import GLYPH, Finding, Leg, Verdict
-from notabug.record import Result
 from notabug.report.page import draw
+from notabug.results.record import Result
+from notabug.runs.folders import write_json
 from notabug.scenes_usd.picture import write_exr
 from tests.notabug.gallery.conftest import barriers, too_wide
 
@@ -123,7 +123,7 @@ def test_the_worst_bug_comes_first_with_its_pictures_and_what_to_do(page: Any, t
 def test_the_summary_counts_and_says_what_changed(page: Any) -> None:
     assert (
         page.locator(".headline").text_content()
-        == "5 of 29 results fail: 2 bug, 3 error, 1 limitation, 21 pass, 2 unsupported"
+        == "5 of 29 results fail; in all 2 bug, 3 error, 1 limitation, 21 pass, 2 unsupported"
     )
     changes = page.locator(".changes").all_text_contents()
     assert re.search(r"5\s*new\s*acne/small mine", changes[0])

@@ -1,0 +1,133 @@
+"""The ``check`` command: all that is read of a scene, approximated, not read, and out of the contract, at once."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+from rich.console import Console
+from rich.text import Text
+
+from notabug.commands.judge import one_variant
+from notabug.exit_codes import ExitCode
+from notabug.results.wording import counted
+from notabug.runs.progress import console
+from notabug.scenes_usd.errors import ManyFaultsError, NotabugError, SceneError
+from notabug.scenes_usd.own import take_scene
+from notabug.scenes_usd.reader import survey_scene
+from notabug.scenes_usd.reader_stage import Survey
+from notabug.scenes_usd.reading import Remark
+from notabug.scenes_usd.scene import Mesh, Scene
+from notabug.scenes_usd.view import View
+
+ORDER = ("out of the contract", "approximated", "not read")
+_GLYPHS = {"out of the contract": ("✗", "bold red"), "approximated": ("≈", "yellow"), "not read": ("–", "dim")}
+
+
+def command(*, source: str, variants: list[str], view: View, as_json: bool) -> ExitCode:
+    """Print what a look at ``source`` tells; the exit code is that of a scene that cannot be judged where it cannot."""
+    chosen = one_variant(variants)
+    try:
+        survey = survey_scene(source, chosen, view)
+    except SceneError as error:  # it cannot even be opened
+        survey = Survey(None, (Remark("out of the contract", error.where, error.what, error),))
+    if as_json:
+        print(json.dumps(as_document(source, survey), ensure_ascii=False))
+    else:
+        show(console(), source, survey, 0 if survey.scene is not None else _left(source, chosen, view))
+    return ExitCode.OK if survey.scene is not None else ExitCode.USAGE
+
+
+def _left(source: str, variants: dict[str, str], view: View) -> int:
+    """How many faults of ``source`` no adaptation mends."""
+    try:
+        take_scene(source, variants, replace(view, quick=True))
+    except SceneError as error:
+        return len(error.errors) if isinstance(error, ManyFaultsError) else 1
+    return 0
+
+
+def by_path(survey: Survey) -> list[Remark]:
+    """The remarks by prim path, the worst of a prim first."""
+    return sorted(survey.remarks, key=lambda each: (each.path, ORDER.index(each.kind), each.where))
+
+
+def as_document(source: str, survey: Survey) -> dict[str, Any]:
+    """What ``check --json`` prints."""
+    return {
+        "schema": "notabug-check/1",
+        "scene": source,
+        "judged": survey.scene is not None,
+        "read": [] if survey.scene is None else what_is_read(survey.scene),
+        "remarks": [_as_dict(each) for each in by_path(survey)],
+    }
+
+
+def _as_dict(remark: Remark) -> dict[str, Any]:
+    error = remark.error
+    said = {"expected": error.expected, "got": error.got, "do": error.do} if error is not None else {}
+    return {
+        "kind": remark.kind,
+        "path": remark.path,
+        "where": remark.where,
+        "what": remark.what,
+        **{key: text for key, text in said.items() if text},
+        "adapt": [f"{each.path}.{each.name}" for each in remark.mends],
+    }
+
+
+def what_is_read(scene: Scene) -> list[dict[str, Any]]:
+    """Everything that is drawn or lights, by its path."""
+    rows: list[dict[str, Any]] = [{"path": scene.camera.path, "as": "camera"}]
+    rows += [{"path": light.path, "as": f"{light.kind} light"} for light in scene.lights]
+    for each in scene.objects:
+        row: dict[str, Any] = {"path": each.path, "as": "mesh" if isinstance(each, Mesh) else "sphere"}
+        if isinstance(each, Mesh):
+            row["faces"] = len(each.counts)
+        rows.append({**row, "material": scene.materials[each.material].path})
+    return rows
+
+
+def show(out: Console, source: str, survey: Survey, left: int = 0) -> None:
+    """Print the survey: one line a remark, then what was read, in numbers, and what to do next.
+
+    ``left`` faults are such as no adaptation mends.
+    """
+    for remark in by_path(survey):
+        glyph, style = _GLYPHS[remark.kind]
+        out.print(
+            Text(f"{glyph} {remark.kind}: ", style=style).append(says(remark), style="default not bold"), soft_wrap=True
+        )
+    kinds: Counter[str] = Counter(remark.kind for remark in survey.remarks)
+    told = ", ".join(f"{kinds[kind]} {kind}" for kind in ORDER if kinds[kind]) or "nothing to remark"
+    out.print(Text(f"{source}: {told}"), soft_wrap=True)
+    if survey.scene is not None:
+        scene = survey.scene
+        faces = sum(len(each.counts) for each in scene.meshes)
+        numbers = [counted(len(scene.objects), "object"), counted(faces, "face"), counted(len(scene.lights), "light")]
+        numbers += [counted(len(scene.materials), "material"), counted(len(scene.textures), "texture")]
+        out.print(
+            f"read: {', '.join(numbers)}; {scene.width} x {scene.height} pixels from {scene.camera.path}", markup=False
+        )
+        out.print(f"next: notabug run {source}", markup=False, soft_wrap=True)
+        return
+    if not left:
+        do = f"notabug run {source} draws it adapted in memory; notabug adapt {source} --out own.usda writes that down"
+        out.print(f"next: {do}", markup=False, soft_wrap=True)
+    elif any(remark.mends for remark in survey.remarks):
+        out.print(
+            f"next: notabug adapt {source} --out own.usda mends all but {left}; these are for you",
+            markup=False,
+            soft_wrap=True,
+        )
+
+
+def says(remark: Remark) -> str:
+    """A remark in one line.
+
+    >>> says(Remark("not read", "/Hair", "BasisCurves: nothing of it is drawn"))
+    '/Hair: BasisCurves: nothing of it is drawn'
+    """
+    return str(remark.error) if isinstance(remark.error, NotabugError) else f"{remark.where}: {remark.what}"

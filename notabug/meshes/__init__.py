@@ -1,0 +1,1 @@
+"""Mesh files that are no scenes: read, cut into triangles where need be, and put into a scene of their own."""

@@ -1,0 +1,84 @@
+"""Results that say the same: one renderer's mistake is told once, with a count, wherever it is told."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from notabug.results.record import Result
+
+_VARYING = (
+    (re.compile(r"'[^']*'|\"[^\"]*\""), "''"),  # what is quoted: a name, a prim's path
+    (re.compile(r"[^\s;,:()]*/[^\s;,:()]*"), "PATH"),
+    (re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?"), "N"),
+)
+
+
+_NEEDS = re.compile(r" needs ([a-z_]+(?:, [a-z_]+)*);")  # as adapters.requirements says it
+
+
+@dataclass(frozen=True, slots=True)
+class Alike:
+    """Results of one renderer that have one verdict and differ in their messages by names, paths and numbers only."""
+
+    results: tuple[Result, ...]
+
+    @property
+    def first(self) -> Result:
+        return self.results[0]
+
+    @property
+    def message(self) -> str:
+        """The message of the first, on one line."""
+        return " ".join(self.first.verdict.message.split())
+
+    @property
+    def told(self) -> str:
+        """The message of the first; of what is unsupported the features that are missing, with how often."""
+        if self.first.verdict.word != "unsupported":
+            return self.message
+        lacks = Counter(name for each in self.results for name in missing_features(each))
+        if not lacks:
+            return self.message
+        return "it lacks " + ", ".join(f"{name} ({count})" for name, count in lacks.most_common())
+
+    @property
+    def logs(self) -> tuple[str, ...]:
+        """The logs of those that have one, relative to the run's folder."""
+        return tuple(dict.fromkeys(each.log for each in self.results if each.log))
+
+
+def alike(results: Sequence[Result]) -> list[Alike]:
+    """``results`` by renderer, verdict and kind of message, each kind in the place of its first result."""
+    found: dict[tuple[str, str, str], list[Result]] = {}
+    for result in results:
+        lacking = bool(missing_features(result))
+        same = "lacking" if lacking else kind(result.verdict.message, result.scene)
+        key = (result.renderer, result.verdict.word, same)
+        found.setdefault(key, []).append(result)
+    return [Alike(tuple(same)) for same in found.values()]
+
+
+def missing_features(result: Result) -> tuple[str, ...]:
+    """What an unsupported scene needs and the renderer has not, as the message names it."""
+    if result.verdict.word != "unsupported":
+        return ()
+    told = _NEEDS.search(result.verdict.message)
+    return tuple(told[1].split(", ")) if told else ()
+
+
+def kind(message: str, scene: str = "") -> str:
+    """``message`` without what differs from one scene to the next.
+
+    >>> kind("adapter 'mine': cannot open texture out/a.png; exit code 3") == kind("adapter 'mine': cannot open "
+    ...      "texture out/b/c.png; exit code 4")
+    True
+    """
+    text = " ".join(message.split())
+    if scene:
+        text = text.replace(scene, "SCENE")
+    for pattern, name in _VARYING:
+        text = pattern.sub(name, text)
+    return text
