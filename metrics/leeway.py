@@ -68,7 +68,7 @@ def _raised(scene: Scene, exact: Envelope, most: Floats, moved: Floats) -> Float
 
 
 def _between(exact: Envelope, at: npt.NDArray[np.intp], x: Floats, y: Floats) -> Floats:
-    """The mean (n, 3) at the places (x, y), each (n,), where all around shows the surface that the pixels ``at`` show."""
+    """The mean (n, 3) at the places (x, y), each (n,), where all around shows the surface of the pixels ``at`` (n,)."""
     h, w = exact.ids.shape
     seen = exact.ids.ravel() & SEEN
     left, upper = np.floor(x).astype(int), np.floor(y).astype(int)

@@ -72,7 +72,7 @@ def misjudged(samples: int) -> float:
     s = np.arange(samples)
     points = (np.stack([s, lattice(samples) * s % samples], axis=1) + 0.5) / samples
     away = points - points[samples // 2]
-    near = away[(0 < np.hypot(*away.T)) & (np.hypot(*away.T) < 6 / np.sqrt(samples))]
+    near = away[(np.hypot(*away.T) > 0) & (np.hypot(*away.T) < 6 / np.sqrt(samples))]
     angles = np.concatenate([np.arctan2(near[:, 1], near[:, 0]) + np.pi / 2 + off for off in (-1e-7, 0.0, 1e-7)])
     worst = 0.0
     for angle in (*angles, *np.linspace(0.01, 3.13, 200)):

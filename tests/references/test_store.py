@@ -101,7 +101,7 @@ def test_a_reference_is_within_its_bound_of_very_many_samples(scene: Scene, monk
 def test_what_is_looked_at_lies_all_over(height: int, width: int) -> None:
     """Even steps of 257 through 256 rows of 256 pixels once looked at the diagonal alone."""
     places = store.scattered(height * width, 256)
-    assert 0 <= places.min()
+    assert places.min() >= 0
     assert places.max() < height * width
     assert len(places) > 0.9 * min(256, height * width)
     rows, columns = np.unique(places // width), np.unique(places % width)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import notabug.bench.generality.command as bench
-from notabug.adapters.base import Declaration, Found, Quality, Render, RendererError, UnsupportedError
 from notabug.adapters import registry
+from notabug.adapters.base import Declaration, Found, Quality, Render, RendererError, UnsupportedError
 from notabug.bench.generality.command import command, jobs
 from notabug.bench.generality.draw import write_random_scene
 from notabug.bench.generality.examine import controls, examine, guarded, unknown_making
