@@ -46,7 +46,7 @@ def leeway(scene: Scene, exact: Envelope) -> Floats:
         cites=_CITES,
         options={"start": "absolute", "epsilon": length},
     )
-    most = np.maximum(predict(scene, (passing,)).mean, exact.mean).astype(np.float64)
+    most: Floats = np.maximum(predict(scene, (passing,)).mean, exact.mean).astype(np.float64)
     place, normal, depth = _surface(scene)
     for light in scene.lights:
         most = _raised(scene, exact, most, _moved(scene, light, place, normal, depth))
