@@ -6,6 +6,7 @@ fault explains, for which the judge looks at everything that it knows.
 
 from __future__ import annotations
 
+import platform
 import re
 import sys
 from itertools import cycle, islice, product
@@ -52,7 +53,7 @@ def drawn(right: Floats, way: str) -> Floats:
 def judged(pictures: int) -> list[str]:
     """The verdicts on so many pictures."""
     declaration = InHouse().declaration(Quality(samples=1))
-    words = []
+    words: list[str] = []
     for way, name in islice(cycle(product(WAYS, SCENES)), pictures):
         scene = read_scene(name)
         words.append(judge([drawn(predict(scene).point, way)], scene, declaration, perceive=False).verdict.word)
@@ -64,9 +65,9 @@ def peak() -> int:
 
     Linux's getrusage tells that of the process which started this one, where it is more.
     """
-    if sys.platform == "win32":
+    if platform.system() == "Windows":
         return int(psutil.Process().memory_info().peak_wset)
-    if sys.platform == "linux":
+    if platform.system() == "Linux":
         told = Path("/proc/self/status").read_text("ascii")
         return int(re.search(r"^VmHWM:\s+(\d+) kB$", told, re.MULTILINE)[1]) << 10  # type: ignore[index]
     import resource

@@ -152,12 +152,13 @@ def test_a_tampered_picture_is_a_bug(
     "tampering", ["one_nan", "black", "upside_down", "mirrored", "shift_right", "shift_up", "half_size"]
 )
 def test_an_unknown_filter_excuses_none_of_it(
-    studio: Any, name: str, tampering: str, tmp_path: Path, judge_file: Callable[..., Any]
+    studio: Any, name: str, scene: Any, drawn: Floats, tampering: str, tmp_path: Path, judge_file: Callable[..., Any]
 ) -> None:
-    """Without options the filter may be anything up to two pixels wide, which leaves much of a small picture open."""
+    """Without options the filter may be anything up to two pixels wide, which leaves a shift of a small texture open."""
     change, _, words = TAMPERED[tampering]
-    scene = studio.scene(name)
-    drawn = studio.draw(InHouse(), scene, CENTRES)[0]
+    if name == "texture/uneven_quad":
+        scene = studio.scene(name)
+        drawn = studio.draw(InHouse(), scene, CENTRES)[0]
     write_exr(tmp_path / "tampered.exr", change(drawn))
     code, result, _ = judge_file(tmp_path / "tampered.exr", scene, "--filter", "unknown", "--precision", "float32")
     assert (code, result["verdict"]) == (ExitCode.BUG, "bug")
