@@ -154,7 +154,7 @@ def test_a_tampered_picture_is_a_bug(
 def test_an_unknown_filter_excuses_none_of_it(
     studio: Any, name: str, scene: Any, drawn: Floats, tampering: str, tmp_path: Path, judge_file: Callable[..., Any]
 ) -> None:
-    """Without options the filter may be anything up to two pixels wide, which leaves a shift of a small texture open."""
+    """Without options the filter may be anything up to two pixels wide, and a shift of a small texture stays open."""
     change, _, words = TAMPERED[tampering]
     if name == "texture/uneven_quad":
         scene = studio.scene(name)
