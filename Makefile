@@ -43,7 +43,7 @@ browser: .venv/installed
 	@test -e .venv/browser || { .ci/browser && touch .venv/browser; } || true
 
 test: setup browser
-	$(BIN)/pytest -n auto --durations=10 $(ARGS)
+	$(BIN)/pytest -n auto --dist worksteal --durations=10 $(ARGS)
 
 search: setup
 	NOTABUG_HYPOTHESIS=search $(BIN)/pytest -n auto -m hypothesis $(ARGS)

@@ -14,12 +14,12 @@ what should be dark:
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
+from notabug.metrics.channels import pixels, put
 from notabug.references.models.acne import width_of_view
 from notabug.references.models.model import Model, edit_materials
 from notabug.references.predict import predict, preview
@@ -46,7 +46,7 @@ def leeway(scene: Scene, exact: Envelope) -> Floats:
         cites=_CITES,
         options={"start": "absolute", "epsilon": length},
     )
-    most = np.maximum(predict(scene, (passing,)).mean, exact.mean)
+    most: Floats = np.maximum(predict(scene, (passing,)).mean, exact.mean).astype(np.float64)
     place, normal, depth = _surface(scene)
     for light in scene.lights:
         most = _raised(scene, exact, most, _moved(scene, light, place, normal, depth))
@@ -55,28 +55,31 @@ def leeway(scene: Scene, exact: Envelope) -> Floats:
 
 def _raised(scene: Scene, exact: Envelope, most: Floats, moved: Floats) -> Floats:
     """The largest (h, w, 3) of ``most`` and what ``exact`` shows on the way by ``moved`` (h, w, 2) pixels from here."""
-    far = np.hypot(moved[..., 0], moved[..., 1])
-    along = moved / np.maximum(far, 1e-30)[..., None]
-    y, x = np.mgrid[: scene.height, : scene.width]
+    moved = moved.reshape(-1, 2)
+    far = np.hypot(moved[:, 0], moved[:, 1])
+    along = moved / np.maximum(far, 1e-30)[:, None]
     for way in np.arange(STEP, FAR + STEP / 2, STEP):
-        part = np.minimum(way, far)[..., None] * along
-        most = np.maximum(most, _between(exact, x + part[..., 0], y + part[..., 1]))
+        at = np.flatnonzero(far > way - STEP)  # the others have arrived
+        y, x = np.divmod(at, scene.width)
+        part = np.minimum(way, far[at])[:, None] * along[at]
+        shown = _between(exact, at, x + part[:, 0], y + part[:, 1])
+        most = put(most, at, np.maximum(pixels(most, at), shown))
     return most
 
 
-def _between(exact: Envelope, x: Floats, y: Floats) -> Floats:
-    """The mean (h, w, 3) at the places (x, y), each (h, w), where all around shows the surface that is seen here."""
+def _between(exact: Envelope, at: npt.NDArray[np.intp], x: Floats, y: Floats) -> Floats:
+    """The mean (n, 3) at the places (x, y), each (n,), where all around shows the surface of the pixels ``at`` (n,)."""
     h, w = exact.ids.shape
-    seen = exact.ids & SEEN
+    seen = exact.ids.ravel() & SEEN
     left, upper = np.floor(x).astype(int), np.floor(y).astype(int)
-    value, same = np.zeros((h, w, 3)), np.ones((h, w), np.bool_)
+    value, same = np.zeros((at.size, 3)), np.ones(at.size, np.bool_)
     for row in (upper, upper + 1):
         for column in (left, left + 1):
-            at = (np.clip(row, 0, h - 1), np.clip(column, 0, w - 1))
+            beside = np.clip(row, 0, h - 1) * w + np.clip(column, 0, w - 1)
             weight = (1.0 - np.abs(row - y)) * (1.0 - np.abs(column - x))
-            value += weight[..., None] * exact.mean[at]
-            same &= (weight <= 0.0) | (seen[at] == seen)
-    return np.where(same[..., None], value, 0.0)
+            value += weight[:, None] * pixels(exact.mean, beside)
+            same &= (weight <= 0.0) | (seen[beside] == seen[at])
+    return np.where(same[:, None], value, 0.0)
 
 
 def _moved(scene: Scene, light: Light, place: Floats, normal: Floats, depth: Floats) -> Floats:
@@ -99,31 +102,35 @@ def _surface(scene: Scene) -> tuple[Floats, Floats, Floats]:
     """Place (h, w, 3), unit normal (h, w, 3) and depth (h, w) of what is seen at pixel centres; 0 where nothing is."""
     eye = scene.camera.to_world[3, :3]
     torch = Light("/torch", "point", (np.pi,) * 3, position=tuple(eye))
-    even, falling = (_white(scene, torch, falloff) for falloff in ("none", "linear"))
+    even, falling = (_white(scene, (torch,), falloff)[..., 0] for falloff in ("none", "linear"))
     distance = np.where(falling > 0, even / np.maximum(falling, 1e-30), 0.0)
     start, rays = centre_rays(scene)  # a start is the eye, or lies beside it, square to the ray
     forward = np.sqrt(np.maximum(np.square(distance) - np.square(start - eye).sum(axis=2), 0.0))
     depth = forward / np.linalg.norm(rays, axis=2)
-    components = list(_components(scene))
-    normal = np.stack([front - back for front, back in zip(components[::2], components[1::2], strict=True)], axis=2)
+    normal = _facing(scene, 1.0) - _facing(scene, -1.0)
     normal = normal / np.maximum(np.linalg.norm(normal, axis=2), 1e-30)[..., None]
     return start + depth[..., None] * rays, normal, depth
 
 
-def _components(scene: Scene) -> Iterator[Floats]:
-    """What (h, w) the normals have of +x, -x, +y, -y, +z and -z."""
+def _facing(scene: Scene, sign: float) -> Floats:
+    """What (h, w, 3) the normals have of +x, +y and +z, or with a ``sign`` of -1 of -x, -y and -z: else 0.
+
+    One light shines from each of the three, red, green and blue.
+    """
+    suns = []
     for axis in range(3):
-        for sign in (-1.0, 1.0):
-            x, y, z = (sign * float(axis == each) for each in range(3))
-            yield _white(scene, Light("/sun", "distant", (np.pi,) * 3, direction=(x, y, z)), "none")
+        red, green, blue = (np.pi * float(axis == each) for each in range(3))
+        x, y, z = (-sign * float(axis == each) for each in range(3))
+        suns.append(Light(f"/sun{axis}", "distant", (red, green, blue), direction=(x, y, z)))
+    return _white(scene, tuple(suns), "none")
 
 
-def _white(scene: Scene, light: Light, falloff: str) -> Floats:
-    """N.L (h, w) of white surfaces under ``light`` alone, without shadows."""
+def _white(scene: Scene, lights: tuple[Light, ...], falloff: str) -> Floats:
+    """The lights' intensity over pi times N.L (h, w, 3) of white surfaces under ``lights`` alone, without shadows."""
 
     def alone(scene: Scene) -> Scene:
-        return replace(edit_materials(scene, lambda each: replace(_WHITE, path=each.path)), lights=(light,))
+        return replace(edit_materials(scene, lambda each: replace(_WHITE, path=each.path)), lights=lights)
 
     options = {"shadows": "none", "falloff": falloff}
     shown = Model(name="white", kind="limitation", claim="", cites=_CITES, edit=alone, options=options)
-    return np.asarray(preview(scene, (shown,))[..., 0], np.float64)
+    return np.asarray(preview(scene, (shown,)), np.float64)

@@ -134,7 +134,7 @@ def check_finite(values: npt.NDArray[np.floating], scene: Scene) -> None:
     )
 
 
-@lru_cache(maxsize=8)  # pictures of one scene are judged one after the other
+@lru_cache(maxsize=4)  # pictures of one scene are judged one after the other; one of 256 x 256 takes 6 MB
 def _stored(path: Path) -> Envelope:
     """The envelope in the cache's file ``path``, whose name is a hash of all that enters; read-only."""
     with path.open("rb") as stored:  # plain arrays one after the other: a zip would check their sums again
@@ -162,7 +162,7 @@ def preview_at(scene: Scene, models: Iterable[Model], at: npt.NDArray[np.intp]) 
     return _single(trace_picture(*configured(scene, models), at=at).reshape(-1, 3)[at])
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=16)
 def _stored_picture(path: Path) -> npt.NDArray[np.float32]:
     """As ``_stored``, of a picture."""
     picture = np.asarray(np.load(path), np.float32)

@@ -31,6 +31,7 @@ CORPUS = Path(__file__).resolve().parent / "corpus"
 CHANNELS = ("R", "G", "B", "bound.R", "bound.G", "bound.B")
 DEEP = 4096  # samples of a pixel, 64 x 64, that a reference is held against
 PIXELS = 512  # of a picture that are looked at so closely
+GOLDEN = (5.0**0.5 - 1.0) / 2.0  # the smaller part of the golden section
 TOLERANCE = 1  # units in the last place that another processor's powers and square roots may move a value by
 BEYOND_HALF = 65520.0  # halfway from the largest half float, 65504, to the next one: rounded, it is infinite
 
@@ -221,7 +222,8 @@ class DeepComparison:
 def compare_deep(scene: Scene) -> DeepComparison:
     """Hold the stored reference of ``scene`` against DEEP samples, at PIXELS pixels.
 
-    Half of them are those with the largest bounds, as a part of what is asked there, the others lie all over. A pixel
+    Half of them are those with the largest bounds, as a part of what is asked there, the others lie all over (see
+    ``scattered``). A pixel
     may be off by its bound, or by what is asked of it where that is more, by half a unit of the last place of what is
     stored, and by what the samples it is held against may be off.
     """
@@ -231,13 +233,23 @@ def compare_deep(scene: Scene) -> DeepComparison:
     scene_meant, options = configured(scene, ())
     least = asked(stored, bound, np.zeros(stored.shape[:2], np.bool_), float(stored.max()))
     worst = np.argsort((bound / np.maximum(least, 1e-30)).max(axis=2), axis=None, kind="stable")[::-1]
-    chosen = np.unique(np.concatenate([worst[: PIXELS // 2], np.linspace(0, worst.size - 1, PIXELS // 2).astype(int)]))
+    chosen = np.unique(np.concatenate([worst[: PIXELS // 2], scattered(worst.size, PIXELS // 2)]))
     deep, error = trace_samples(scene_meant, options, chosen, DEEP)
     allowed = np.maximum(bound, least).reshape(-1, 3)[chosen] + error
     allowed += 0.5 * np.spacing(stored.astype(np.float16)).astype(np.float64).reshape(-1, 3)[chosen]
     ratio = (np.abs(stored.reshape(-1, 3)[chosen] - deep) / np.maximum(allowed, 1e-30)).max(axis=1)
     y, x = divmod(int(chosen[ratio.argmax()]), scene.width)
     return DeepComparison(float(ratio.max()), (x, y), len(chosen))
+
+
+def scattered(size: int, count: int) -> npt.NDArray[np.intp]:
+    """``count`` of the numbers below ``size``, or all: evenly spread, and in a picture over its rows and its columns.
+
+    Each is the golden section of ``size`` behind the one before; even steps would lie on few columns of a picture.
+    """
+    if count >= size:
+        return np.arange(size)
+    return np.unique((np.arange(count) * (GOLDEN * size) % size).astype(np.intp))
 
 
 def verify(scene: Scene) -> list[str]:

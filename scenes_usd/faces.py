@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
+from notabug.scenes_usd.once import once
 from notabug.scenes_usd.scene import Floats, Mesh
 
 FLAT = 1e-6  # of a face's diameter: by so much it may bend and is flat, by so much values may bend and are affine
@@ -56,7 +56,7 @@ def local_points(mesh: Mesh) -> Floats:
     return np.asarray((mesh.points - mesh.to_world[3, :3]) @ np.linalg.inv(mesh.to_world[:3, :3]))
 
 
-@lru_cache(maxsize=128)  # each mesh is asked about by the tracer and by several models
+@once  # each mesh is asked about by the tracer and by several models
 def shapes(mesh: Mesh) -> Shapes:
     """What the faces of ``mesh`` are; a triangle is flat and convex."""
     found = Shapes(np.ones(len(mesh.counts), np.bool_), np.ones(len(mesh.counts), np.bool_))

@@ -9,13 +9,13 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from notabug.scenes_usd.once import once
 from notabug.scenes_usd.view import AS_IT_IS, View, as_text
 
 Floats = npt.NDArray[np.float64]
@@ -129,7 +129,7 @@ class Material:
         return any(self.mirror) or any(self.transmission) or self.opacity < 1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Mesh:
     """A polygon mesh in world space.
 
@@ -228,7 +228,7 @@ class Camera:
 Object = Mesh | Sphere
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Scene:
     """One stage with one choice of variants. ``objects`` keep the stage's order (ties go to the first)."""
 
@@ -279,7 +279,7 @@ class Scene:
         return _digest(self)
 
 
-@lru_cache(maxsize=16)  # a judge asks for the same scenes again and again
+@once
 def _digest(scene: Scene) -> str:
     state = hashlib.blake2b(digest_size=16)
     for part in (scene.camera, scene.width, scene.height, scene.objects, scene.lights, scene.materials, scene.textures):

@@ -1,4 +1,4 @@
-"""bench speed: the tracer against Embree, an envelope, a verdict and the start of the program, in one run.
+"""bench speed: the tracer against Embree, an envelope, a verdict, the start of the program and its memory, in one run.
 
 Times are the best of several repetitions in turn (A B A B), because the machines this runs on are noisy.
 """
@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Quality
 from notabug.adapters.inhouse import InHouse
+from notabug.bench.memory import PICTURES
 from notabug.metrics.judge import judge
 from notabug.references import _native
 from notabug.references.tracer.envelope import trace_envelope
@@ -32,6 +33,7 @@ from notabug.scenes_usd.scene import Scene
 REPEATS = 5
 RAYS = 1024  # squared
 AS_EMBREE = 1.0
+MOST_MEMORY = 400 << 20  # bytes of a judge
 AWAY = 1e-5  # units towards the light: where a shadow ray starts, for Embree knows of no face to pass over
 TESSELLATION = "96x48"  # of the ball that is traced
 
@@ -55,8 +57,8 @@ class Figure:
 
 
 def measure() -> list[Figure]:
-    """Every figure of the bench; about half a minute."""
-    return [*_against_embree(), _envelope(), *_verdicts(), _start()]
+    """Every figure of the bench; about a minute."""
+    return [*_against_embree(), _envelope(), *_verdicts(), _start(), _memory(PICTURES)]
 
 
 def _best(*works: Callable[[], object], repeats: int = REPEATS) -> list[float]:
@@ -150,6 +152,15 @@ def _verdicts() -> list[Figure]:
         name = f"judge, cached references, without FLIP: {source}, {len(pictures)} picture(s)"
         made.append(Figure(name, seconds, "s", "under 0.1 s", seconds < 0.1, f"{scene.width} x {scene.height}"))
     return made
+
+
+def _memory(pictures: int) -> Figure:
+    """The peak of a process of its own that does nothing else."""
+    command = [sys.executable, "-m", "notabug.bench.memory", str(pictures)]
+    most = int(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    note = f"{pictures} pictures in one process; python -m notabug.bench.memory N judges N"
+    asked = f"under {MOST_MEMORY >> 20} MB"
+    return Figure("judge, peak memory", most / (1 << 20), "MB", asked, most < MOST_MEMORY, note)
 
 
 def _start() -> Figure:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
 from notabug.references.models.model import Model, in_strengths
+from notabug.scenes_usd.once import once
 from notabug.scenes_usd.scene import Camera, Floats, Scene
 
 _USD = "UsdGeomCamera: apertures, focalLength, clippingRange; UsdRenderSettings: aspectRatioConformPolicy"
@@ -106,7 +106,7 @@ def _fault(name: str, claim: str, change: Callable[[Camera], Camera]) -> Model:
     )
 
 
-@lru_cache(maxsize=4)
+@once
 def _size(scene: Scene) -> float:
     """The width of what the camera sees of the objects' middle."""
     points = [each.points.mean(axis=0) for each in scene.meshes] + [each.to_world[3, :3] for each in scene.spheres]

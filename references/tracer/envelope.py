@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from notabug.references import _native
 from notabug.references.tracer.flatten import Flat, flatten
-from notabug.references.tracer.precision import CORNER, MOST, around, asked, bends, steps
+from notabug.references.tracer.precision import CORNER, MOST, SLANTED, around, asked, bends, steps
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.float64]
@@ -352,7 +352,8 @@ def _refine(
 
     ``fine`` holds ``grid`` x ``grid`` samples of the pixels ``known``. A step towards a neighbour may lie in a pixel,
     unseen, by half of a row of samples. Where that is an edge of what is seen, most verdicts admit as much, and unless
-    they are ``strict`` no more samples are taken for it: it is in the bound alone.
+    they are ``strict`` no more samples are taken for it: it is in the bound alone. What most edges keep to decides how
+    many samples are taken, what all of them keep to is the bound.
     """
     mixed = (fine.mixed > 0) | changes(centre.ids)
     samples = refine * refine
@@ -371,15 +372,17 @@ def _refine(
         return np.asarray((error > asked(fine.mean, span, edge, peak)).any(axis=2))
 
     missed = unseen / (2.0 * grid) + np.where(edge[..., None], 0.0, bends(fine.mean, known, grid))
+    most_missed = missed
     wanted = mixed | inexact(missed)
     while (at & wanted).any():
         pixels = np.flatnonzero(at & wanted)
         _pass(flat, scene, options, pixels, fine, grid=-lattice(samples), samples=samples, threads=threads)
         missed = np.where(wanted[..., None], CORNER / samples * unseen, missed)
+        most_missed = np.where(wanted[..., None], SLANTED / math.sqrt(samples) * unseen, most_missed)
         if samples >= most:
             break
         samples, wanted = 4 * samples, wanted & inexact(missed)
-    np.maximum(fine.error, missed, out=fine.error)
+    np.maximum(fine.error, most_missed, out=fine.error)
 
 
 def trace_samples(

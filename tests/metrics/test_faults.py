@@ -130,7 +130,7 @@ def _check(studio: Any, scene: Scene, fault: str, quality: Quality) -> None:
 
 @pytest.mark.parametrize(("name", "variants", "fault"), CASES)
 def test_at_pixel_centres(studio: Any, name: str, variants: dict[str, str], fault: str) -> None:
-    _check(studio, studio.scene(name, **variants), fault, CENTRES)
+    _check(studio, _small(studio.scene(name, **variants)), fault, CENTRES)
 
 
 @pytest.mark.parametrize(("name", "variants", "fault"), CASES)

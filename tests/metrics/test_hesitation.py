@@ -47,7 +47,7 @@ def _judge(picture: Floats, envelope: Envelope, declaration: Declaration, scene:
         mock.patch("notabug.metrics.predictions.preview", return_value=envelope.point),
         mock.patch("notabug.metrics.predictions.preview_at", lambda _, chosen, at: envelope.point.reshape(-1, 3)[at]),
     ):
-        return judge([picture], scene or _scene(), declaration, perceive=False).verdict
+        return judge([picture], scene or _scene(), declaration, perceive=False, naming=False).verdict
 
 
 def _samples(envelope: Envelope, seed: int, count: int = 1) -> Floats:
@@ -141,7 +141,8 @@ def test_a_nearest_texture_is_no_noise(studio: Any, name: str, filter_name: Any,
     scene = _small(studio, name)
     picture = predict(_nearest(scene)).point
     declaration = replace(BOX, filter=filter_name, radius=2.0 if filter_name == "unknown" else 0.0, noisy=noisy)
-    verdict = studio.verdict([picture], scene, replace(declaration, ngon_split="", texture_filter="bilinear"))
+    declaration = replace(declaration, ngon_split="", texture_filter="bilinear")
+    verdict = studio.verdict([picture], scene, declaration, naming=False)
     print(f"\n{name} {filter_name}: {verdict.word} {verdict.numbers['bug_pixels']:.0f} pixels")
     assert verdict.word == "bug"
 

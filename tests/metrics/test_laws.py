@@ -104,7 +104,7 @@ def test_more_wrong_pixels_never_turn_a_bug_into_a_pass(
     for count in (0, few, few + more):
         picture = truth.copy().reshape(-1, 3)
         picture[order[:count]] *= 1.0 + by
-        words.append(_judge([picture.reshape(truth.shape)], truth, POINT).word)
+        words.append(_judge([picture.reshape(truth.shape)], truth, POINT, naming=False).word)
     assert words[0] == "pass"
     assert words in (["pass"] * 3, ["pass", "pass", "bug"], ["pass", "bug", "bug"])
     assert words[1] == "bug" or abs(by) < 0.03
@@ -181,7 +181,7 @@ def test_a_bug_shows_through_noise(seed: int, count: int, sigma: float) -> None:
     truth = _smooth(seed, 48, 48)
     wrong = truth.copy()
     wrong[16:32, 16:32] *= 1.0 + max(6 * sigma, 0.1)
-    verdict = _judge([_noise(rng, wrong, sigma, 0.0) for _ in range(count)], truth, NOISY)
+    verdict = _judge([_noise(rng, wrong, sigma, 0.0) for _ in range(count)], truth, NOISY, naming=False)
     assert verdict.word == "bug"
     x0, y0, x1, y1 = verdict.findings[0].region
     assert x0 < 32

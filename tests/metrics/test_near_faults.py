@@ -105,7 +105,8 @@ def test_dots_where_no_epsilon_helps_are_a_limitation_and_a_band_is_a_bug(studio
     found = studio.verdict([np.where(dots[..., None], 0.0, picture)], scene, FLOAT32)
     assert (found.word, [each.name for each in found.findings]) == ("limitation", ["acne"])
     for shade in (0.5, 0.0):
-        assert studio.verdict([np.where(band[..., None], shade * picture, picture)], scene, FLOAT32).word == "bug"
+        shaded = np.where(band[..., None], shade * picture, picture)
+        assert studio.verdict([shaded], scene, FLOAT32, naming=False).word == "bug"
 
 
 def test_what_facets_explain_is_not_called_dots(studio: Any) -> None:
@@ -126,7 +127,7 @@ def test_where_acne_may_be_everywhere_no_picture_can_tell(studio: Any) -> None:
     assert "no picture can tell here" in found.message
     assert studio.verdict([picture], scene, FLOAT32).word == "pass"
     finer = replace(FLOAT32, precision="float64", hit_error=0.0)
-    assert studio.verdict([np.where(dots[..., None], 0.0, picture)], scene, finer).word == "bug"
+    assert studio.verdict([np.where(dots[..., None], 0.0, picture)], scene, finer, naming=False).word == "bug"
 
 
 def test_a_decal_that_is_missing_is_no_z_fight(studio: Any) -> None:

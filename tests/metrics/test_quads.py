@@ -77,7 +77,7 @@ def cut(scene: Scene, diagonal: Diagonal) -> Floats:
 
 def judged(studio: Any, picture: Floats, scene: Scene, **declared: Any) -> tuple[str, list[str]]:
     declaration: Declaration = replace(studio.point, **declared)
-    verdict = studio.verdict([picture.astype(np.float32)], scene, declaration, others=lambda: ())
+    verdict = studio.verdict([picture.astype(np.float32)], scene, declaration, naming=False)
     return verdict.word, [each.name for each in verdict.findings]
 
 

@@ -26,6 +26,7 @@ EVERYTHING = [
 ]
 RENDERERS = ("inhouse", "povray", "mitsuba")
 DEFAULT = Quality()
+SIDE = 128  # pixels: it takes a quarter of the corpus's to see a fault and to name it
 
 
 def _adapter(name: str, request: pytest.FixtureRequest) -> Adapter:
@@ -238,7 +239,8 @@ def test_a_changed_scene_is_a_bug(
 ) -> None:
     """Faults put into pictures of real renderers are found."""
     by, change, names = CHANGES[name]
-    adapter, scene = _adapter(by, request), studio.scene("terminator/sphere", tessellation="24x12")
+    adapter, whole = _adapter(by, request), studio.scene("terminator/sphere", tessellation="24x12")
+    scene = replace(whole, width=SIDE, height=SIDE)
     verdict = verdict_of(adapter, scene, change(scene))
     bug = verdict.findings[0] if verdict.findings else None
     pixels = verdict.numbers["bug_pixels"]

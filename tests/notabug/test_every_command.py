@@ -164,6 +164,7 @@ def test_bench_speed(tell: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every figure is measured: one that is misses its aim here is no failure, one that crashes is."""
     monkeypatch.setattr(notabug.bench.speed, "RAYS", 8)
     monkeypatch.setattr(notabug.bench.speed, "REPEATS", 1)
+    monkeypatch.setattr(notabug.bench.speed, "PICTURES", 1)
     monkeypatch.setattr(notabug.bench.speed, "TESSELLATION", "8x4")
     code, out, err = tell("bench", "speed", "--json")
     assert code in (0, 1), err

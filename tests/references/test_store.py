@@ -97,6 +97,20 @@ def test_a_reference_is_within_its_bound_of_very_many_samples(scene: Scene, monk
     assert "run `notabug references build`" in str(store.compare_deep(scene))
 
 
+@pytest.mark.parametrize(("height", "width"), [(256, 256), (128, 96), (40, 40), (20, 15)])
+def test_what_is_looked_at_lies_all_over(height: int, width: int) -> None:
+    """Even steps of 257 through 256 rows of 256 pixels once looked at the diagonal alone."""
+    places = store.scattered(height * width, 256)
+    assert places.min() >= 0
+    assert places.max() < height * width
+    assert len(places) > 0.9 * min(256, height * width)
+    rows, columns = np.unique(places // width), np.unique(places % width)
+    assert min(len(rows) / height, len(columns) / width) > 0.5
+    counted, _, _ = np.histogram2d(places // width, places % width, bins=8, range=((0, height), (0, width)))
+    assert counted.min() >= 1
+    assert np.array_equal(store.scattered(50, 64), np.arange(50))
+
+
 def test_half_floats_in_order() -> None:
     """All finite ones: each is one step above the one before it, and both zeros are the same."""
     every = np.arange(1 << 16, dtype=np.uint16).view(np.float16)

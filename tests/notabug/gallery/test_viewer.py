@@ -43,11 +43,17 @@ def shown(page: Any) -> npt.NDArray[np.uint8]:
     return np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)[::-1, :, :3]
 
 
+# Pictures come as scripts, from a file and from a server alike, and test_what_is_uploaded_is_every_half_float looks at
+# each value from both: what is made of the values then is looked at once.
+FROM_A_FILE = pytest.mark.parametrize("site", ["file"], indirect=True)
+
+
 def values(page: Any, row: str) -> list[float]:
     cells = page.locator("#values tr", has=page.get_by_role("rowheader", name=row, exact=True)).locator("td")
     return [float(each) for each in cells.all_text_contents()]
 
 
+@FROM_A_FILE
 @pytest.mark.parametrize("pixel", [(0, 0), (255, 255), (1, 0), (17, 130), (200, 3), (128, 251)])
 def test_a_pixels_value_is_the_files_to_the_last_bit(
     quiet: Any, site: Any, halves: Any, pixel: tuple[int, int]
@@ -81,6 +87,7 @@ def at(picture: npt.NDArray[np.uint8], x: int, y: int, pane: int = 0, panes: int
     return np.asarray(found, np.float64)
 
 
+@FROM_A_FILE
 @pytest.mark.parametrize("place", [(60, 100), (128, 128), (200, 180)])
 def test_side_by_side_wipe_and_blink_show_both_pictures(
     quiet: Any, site: Any, halves: Any, place: tuple[int, int]
@@ -119,6 +126,7 @@ def test_exposure_tone_and_channels(quiet: Any, site: Any) -> None:
     assert at(shown(page), x, y) == pytest.approx(255 * value / 4, abs=1)
 
 
+@FROM_A_FILE
 @pytest.mark.parametrize("measure", MEASURES)
 def test_every_difference_of_a_picture_and_itself_is_black_and_of_others_is_not(
     quiet: Any, site: Any, measure: str
