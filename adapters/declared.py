@@ -44,7 +44,7 @@ _OF_A_PICTURE = {
     if get_origin(hint) is Literal and "unknown" in get_args(hint) and name != "filter"
 } | {"bounces": -1}
 SMALLEST_WHITE = 1e-6  # radiance: below it no picture of the corpus shows anything
-_MOST = {"bounces": 8, "samples": 1 << 20, "radius": 16.0, "hit_error": 1.0, "epsilon": 1e9}
+_MOST = {"bounces": 8, "subpixel_bits": 16, "samples": 1 << 20, "radius": 16.0, "hit_error": 1.0, "epsilon": 1e9}
 
 
 def declaration(table: Table, *, ngon_split: str) -> Declaration:
