@@ -24,6 +24,7 @@ from notabug.scenes_usd.scene import Scene
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge")
 GET_BROWSER = "apt install chromium"
 SUBPIXEL_BITS = {"swiftshader": 4, "gl-egl": 8}  # as SwiftShader says of itself, and most hardware and Mesa's llvmpipe
+_CHILD = "browser_child.py"
 _PROBE_SECONDS = 120.0
 _DEVICE = "device: "  # what the probe's answer begins with
 _QUOTED = 200  # characters of what the probe printed last
@@ -58,18 +59,13 @@ class InBrowser:
         return Found(f"{version} ({device})", str(library))
 
     def render(self, scene: Scene, out: Path, quality: Quality, unit: float) -> tuple[Render, ...]:
-        words = self._browser(), str(self._library()), str(_beside(self.script))
-        script = Script(
-            self.name,
-            sys.executable,
-            "browser_child.py",
-            {"NOTABUG_ANGLE": self.angle},
-            self.keep_jobs,
-            self.edit,
-            stays=words,
-        )
         settings = {"grid": grid(quality), "unit": unit}
-        return script.render(scene, out, quality, settings, self.package, samples=grid(quality) ** 2)
+        return self._script().render(scene, out, quality, settings, self.package, samples=grid(quality) ** 2)
+
+    def _script(self) -> Script:
+        words = self._browser(), str(self._library()), str(_beside(self.script))
+        told = {"NOTABUG_ANGLE": self.angle}
+        return Script(self.name, sys.executable, _CHILD, told, self.keep_jobs, self.edit, stays=words)
 
     def _package(self) -> Path:
         return environment_folder(self.recipe) / PACKAGES / self.package
@@ -104,7 +100,7 @@ def _beside(script: str) -> Path:
 @cache
 def _device(words: tuple[str, ...], angle: str, name: str) -> str:
     """The browser and what draws in it; raises RendererMissingError where it does not draw in float32."""
-    command = [sys.executable, "-P", str(_beside("browser_child.py")), *words, "--probe"]
+    command = [sys.executable, "-P", str(_beside(_CHILD)), *words, "--probe"]
     with tempfile.TemporaryDirectory(prefix="notabug-browser-") as folder:
         ended = run_child(
             command,

@@ -23,6 +23,7 @@ from notabug.adapters.panda3d import Panda3D
 from notabug.adapters.povray import PovRay
 from notabug.adapters.pygfx import Pygfx
 from notabug.adapters.tachyon import Tachyon
+from notabug.adapters.threejs import ThreeJs
 from notabug.adapters.vtk import Vtk
 
 # The same examples each time, so that the test command gives the same answer twice. `make search` looks for others.
@@ -100,6 +101,12 @@ def pygfx() -> Pygfx:
 def tachyon() -> Tachyon:
     """The Tachyon adapter."""
     return _installed(Tachyon())
+
+
+@pytest.fixture(scope="session")
+def threejs() -> ThreeJs:
+    """The three.js adapter, in a browser."""
+    return _installed(ThreeJs())
 
 
 @pytest.fixture(scope="session")
