@@ -81,8 +81,11 @@ class Browser:
         if self._session:
             message["sessionId"] = self._session
         left = memoryview(json.dumps(message).encode() + b"\0")
-        while left:
-            left = left[os.write(self._input, left) :]
+        try:
+            while left:
+                left = left[os.write(self._input, left) :]
+        except BrokenPipeError:
+            raise SystemExit("the browser has ended") from None
         while True:
             answer = self._next()
             if answer.get("id") == self._count:

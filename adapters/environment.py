@@ -47,6 +47,7 @@ class Recipe:
 
 
 RECIPES: dict[str, Recipe] = {
+    "babylon": Recipe(("babylonjs@9.35.0",), megabytes=112, licence="Apache-2.0", by="npm"),
     "cycles": Recipe(
         (
             *("bpy==5.3.0", "numpy==2.5.5", "cython==3.3.1", "zstandard==0.25.0", "requests==2.34.2"),

@@ -14,6 +14,7 @@ from typing import TypeVar
 import hypothesis
 import pytest
 
+from notabug.adapters.babylon import Babylon
 from notabug.adapters.base import Adapter, RendererMissingError
 from notabug.adapters.cycles import Cycles
 from notabug.adapters.luxcore import LuxCore
@@ -71,6 +72,12 @@ def mitsuba() -> Mitsuba:
 def opengl() -> OpenGL:
     """The OpenGL adapter."""
     return _installed(OpenGL())
+
+
+@pytest.fixture(scope="session")
+def babylon() -> Babylon:
+    """The Babylon.js adapter, in a browser."""
+    return _installed(Babylon())
 
 
 @pytest.fixture(scope="session")

@@ -92,9 +92,7 @@ def test_what_it_cannot_draw_is_named(stage: Any) -> None:
             ThreeJs().render(scene, stage.out, Quality())
 
 
-def test_a_machine_without_it_says_how_to_get_it(
-    stage: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_machine_without_it_says_how_to_get_it(stage: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NOTABUG_CACHE", str(tmp_path))
     scene = stage.scene([stage.quad()], [stage.distant((0, 0, 1))], stage.camera((0, 0, 5)))
     with pytest.raises(RendererMissingError, match="notabug install threejs"):

@@ -126,7 +126,9 @@ def test_too_little_room_is_said_before_anything_is_made(cache: Path, monkeypatc
 
 
 def test_a_name_that_is_not_known(cache: Path) -> None:
-    with pytest.raises(SelectionError, match=r"povray.*expected one of cycles, luxcore, panda3d, pygfx, threejs, vtk"):
+    with pytest.raises(
+        SelectionError, match=r"povray.*expected one of babylon, cycles, luxcore, panda3d, pygfx, threejs, vtk"
+    ):
         command("povray", "", remove=False)
 
 
