@@ -17,8 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Quality, Render
-from notabug.adapters.kept import KeptChild, kept_child
 from notabug.adapters.job_folder import job_folder, picture_path
+from notabug.adapters.kept import KeptChild, kept_child
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Floats, Light, Material, Object, Scene, Sphere

@@ -78,7 +78,8 @@ class KeptChild:
         with self._using:
             if failed := self._started(timeout):
                 return failed
-            assert self._process is not None and self._process.stdin is not None
+            assert self._process is not None
+            assert self._process.stdin is not None
             self._log.tail.clear()
             with contextlib.suppress(BrokenPipeError):  # it has just ended: no answer will come
                 self._process.stdin.write(f"{folder}\n".encode())
