@@ -22,9 +22,9 @@ from notabug.adapters.tachyon import Tachyon
 from notabug.metrics.verdict import Verdict
 from notabug.scenes_usd.scene import Scene
 
-RENDERERS = ("luxcore", "panda3d", "pygfx", "tachyon", "threejs", "vtk")
-TEXTURED = ("luxcore", "panda3d", "pygfx", "vtk")
-Z_BUFFERS = ("panda3d", "pygfx", "threejs", "vtk")
+RENDERERS = ("babylon", "luxcore", "panda3d", "pygfx", "tachyon", "threejs", "vtk")
+TEXTURED = ("babylon", "luxcore", "panda3d", "pygfx", "threejs", "vtk")
+Z_BUFFERS = ("babylon", "panda3d", "pygfx", "threejs", "vtk")
 Job = dict[str, Any]
 
 
@@ -69,7 +69,7 @@ def test_the_card_with_a_texture_passes(studio: Any, request: pytest.FixtureRequ
         ("panda3d", "separation/t_highlight", ["gouraud_interpolation"]),
         ("pygfx", "phong/floor_lobes", ["highlight_cosine", "lobe_blinn", "lobe_normalised_n2over8"]),
         ("tachyon", "terminator/sphere", ["facet_self_shadow"]),
-        ("threejs", "calibration/card", ["subpixel_grid"]),
+        ("threejs", "texture/perspective_floor", ["subpixel_grid"]),
         ("threejs", "phong/floor_lobes", ["highlight_cosine", "lobe_blinn", "lobe_normalised_n2over8"]),
         ("vtk", "texture/uneven_quad", ["quad_split_02"]),
     ],
