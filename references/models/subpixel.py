@@ -19,7 +19,7 @@ def models(scene: Scene) -> Iterator[Model]:
     what lies between corners moves by a mean of their moves. So a picture lies between those that have moved by half a
     step to each of the four corners, whatever the corners are, also those that clipping makes.
     """
-    if not scene.meshes:
+    if next(scene.meshes, None) is None:
         return
     for bits in BITS:
         half = 0.5 / 2**bits

@@ -66,7 +66,7 @@ def test_it_hides_no_fault(studio: Any, fault: str, name: str) -> None:
     [picture] = pictured(shifted if fault == "shift" else scene)
     found = studio.verdict([picture * np.float32(1.03 if fault == "gain" else 1.0)], scene, declared)
     assert found.word == "bug"
-    assert name in [finding.name for finding in found.findings]
+    assert found.findings[0].name in (name, "unexplained")
 
 
 def test_a_scene_without_a_mesh_has_none(studio: Any) -> None:
