@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, UnsupportedError
-from notabug.adapters.browser import GET_BROWSER, SUBPIXEL_BITS, InBrowser
+from notabug.adapters.browser import DEPTH, GET_BROWSER, SUBPIXEL_BITS, InBrowser
 from notabug.adapters.child_job import Edit
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
@@ -46,7 +46,7 @@ class Babylon:
     def declaration(self, quality: Quality) -> Declaration:
         return replace(
             rasterised(quality),
-            depth="float32",
+            depth=DEPTH[self.angle],
             coincident="unknown",
             lobe="blinn",
             highlight="uncut",

@@ -28,6 +28,7 @@ async function drawn(scene, job, width, height) {
   scene.useRightHandedSystem = true;
   scene.ambientColor = new B.Color3(0, 0, 0);
   scene.imageProcessingConfiguration.applyByPostProcess = true;  // and there is no such process
+  scene.imageProcessingConfiguration.skipFinalColorClamp = true;  // at 30
   const textures = job.textures.map(said => texture(scene, said));
   const looks = job.materials.map(said => material(scene, said, textures));
   const meshes = job.objects.map((shape, index) => mesh(scene, shape, index, looks));
@@ -76,6 +77,8 @@ function lambert(scene, colour, map) {
 // This material has no 1/pi, and it cuts light times colour off at 1, before the texture: so that carries the brightness.
 function standard(scene, said, colour, map) {
   const made = new B.StandardMaterial('', scene), level = 1024;
+  made.imageProcessingConfiguration = new B.ImageProcessingConfiguration();
+  made.imageProcessingConfiguration.isEnabled = false;  // else its colours are taken for encoded ones and decoded
   made.diffuseTexture = (map ?? texture(scene, {
     pixels: new Float32Array([1, 1, 1, 1]), width: 1, height: 1, wrap: ['repeat', 'repeat'] })).clone();
   made.diffuseTexture.level = level;

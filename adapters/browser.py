@@ -13,6 +13,7 @@ import tempfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Literal
 
 from notabug.adapters.base import Found, Quality, Render, RendererMissingError
 from notabug.adapters.child_job import Edit, Script
@@ -24,6 +25,9 @@ from notabug.scenes_usd.scene import Scene
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge")
 GET_BROWSER = "apt install chromium"
 SUBPIXEL_BITS = {"swiftshader": 4, "gl-egl": 8}  # as SwiftShader says of itself, and most hardware and Mesa's llvmpipe
+DEPTH: dict[str, Literal["float32", "unknown"]] = {"swiftshader": "unknown", "gl-egl": "float32"}
+"""How depths are held. The texture is float32; SwiftShader computes them more coarsely than that, llvmpipe does not."""
+
 _CHILD = "browser_child.py"
 _PROBE_SECONDS = 120.0
 _DEVICE = "device: "  # what the probe's answer begins with

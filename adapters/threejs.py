@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from notabug.adapters.base import Declaration, Found, Quality, Render
-from notabug.adapters.browser import GET_BROWSER, SUBPIXEL_BITS, InBrowser
+from notabug.adapters.browser import DEPTH, GET_BROWSER, SUBPIXEL_BITS, InBrowser
 from notabug.adapters.child_job import Edit
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
@@ -47,7 +47,7 @@ class ThreeJs:
     def declaration(self, quality: Quality) -> Declaration:
         return replace(
             rasterised(quality),
-            depth="float32",
+            depth=DEPTH[self.angle],
             coincident="unknown",
             lobe="blinn",
             normalised="n2over8",

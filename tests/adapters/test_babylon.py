@@ -73,7 +73,7 @@ def test_bodies_under_a_rolled_camera_are_the_rasterisers(stage: Any, babylon: B
 def test_it_declares_highlights_that_are_not_cut_off() -> None:
     declared = Babylon().declaration(Quality(samples=5))
     assert (declared.lobe, declared.normalised, declared.highlight) == ("blinn", "no", "uncut")
-    assert (declared.depth, declared.shadows, declared.samples, declared.subpixel_bits) == ("float32", "none", 9, 4)
+    assert (declared.depth, declared.shadows, declared.samples, declared.subpixel_bits) == ("unknown", "none", 9, 4)
 
 
 def test_what_it_cannot_draw_is_named(stage: Any) -> None:

@@ -80,7 +80,8 @@ def test_what_the_device_cannot_draw_is_an_error_and_the_next_picture_is_drawn(s
 def test_it_declares_the_lobe_and_the_grid_of_its_device() -> None:
     declared = ThreeJs().declaration(Quality(samples=5))
     assert (declared.lobe, declared.normalised, declared.highlight) == ("blinn", "n2over8", "cosine")
-    assert (declared.depth, declared.shadows, declared.samples, declared.filter) == ("float32", "none", 9, "box")
+    assert (declared.depth, declared.shadows, declared.samples, declared.filter) == ("unknown", "none", 9, "box")
+    assert ThreeJs(angle="gl-egl").declaration(Quality()).depth == "float32"
     assert (declared.subpixel_bits, ThreeJs(angle="gl-egl").declaration(Quality()).subpixel_bits) == (4, 8)
 
 
