@@ -29,8 +29,7 @@ async function drawn(scene, job, width, height) {
   scene.ambientColor = new B.Color3(0, 0, 0);
   scene.imageProcessingConfiguration.applyByPostProcess = true;  // and there is no such process
   scene.imageProcessingConfiguration.skipFinalColorClamp = true;  // at 30
-  const textures = job.textures.map(said => texture(scene, said));
-  const looks = job.materials.map(said => material(scene, said, textures));
+  const looks = job.materials.map(said => material(scene, said, job.textures));
   const meshes = job.objects.map((shape, index) => mesh(scene, shape, index, looks));
   for (const said of job.lights) if (Math.max(...said.intensity) > 0) light(scene, said, job.unit);
   const target = new B.RenderTargetTexture('picture', { width, height }, scene, {
@@ -56,7 +55,7 @@ async function drawn(scene, job, width, height) {
 // shiny one is a StandardMaterial, which has Blinn's highlight.
 function material(scene, said, textures) {
   const shiny = Math.max(...said.specular) > 0, colour = said.texture < 0 ? said.diffuse : [1, 1, 1];
-  const map = said.texture < 0 ? null : textures[said.texture];
+  const map = said.texture < 0 ? null : textures[said.texture];  // each material has its own, for the brightness of one
   const made = shiny ? standard(scene, said, colour, map) : lambert(scene, colour, map);
   // Our corners go round a face against the clock, which Babylon takes for the back.
   Object.assign(made, { backFaceCulling: false, twoSidedLighting: true, maxSimultaneousLights: 16, sideOrientation: 1 });
@@ -66,7 +65,7 @@ function material(scene, said, textures) {
 function lambert(scene, colour, map) {
   const made = new B.PBRMaterial('', scene);
   Object.assign(made, {
-    albedoColor: new B.Color3(...colour), albedoTexture: map, usePhysicalLightFalloff: true,
+    albedoColor: new B.Color3(...colour), albedoTexture: map && texture(scene, map), usePhysicalLightFalloff: true,
     metallic: 0, roughness: 1, metallicF0Factor: 0, specularIntensity: 0, environmentIntensity: 0,
   });
   made.brdf.baseDiffuseModel = B.Constants.MATERIAL_DIFFUSE_MODEL_LAMBERT;
@@ -79,8 +78,8 @@ function standard(scene, said, colour, map) {
   const made = new B.StandardMaterial('', scene), level = 1024;
   made.imageProcessingConfiguration = new B.ImageProcessingConfiguration();
   made.imageProcessingConfiguration.isEnabled = false;  // else its colours are taken for encoded ones and decoded
-  made.diffuseTexture = (map ?? texture(scene, {
-    pixels: new Float32Array([1, 1, 1, 1]), width: 1, height: 1, wrap: ['repeat', 'repeat'] })).clone();
+  made.diffuseTexture = texture(scene, map ?? {
+    pixels: new Float32Array([1, 1, 1, 1]), width: 1, height: 1, wrap: ['repeat', 'repeat'] });
   made.diffuseTexture.level = level;
   made.diffuseColor = new B.Color3(...colour.map(part => part / (Math.PI * level)));
   made.specularColor = new B.Color3(...said.specular.map(part => part / Math.PI));
