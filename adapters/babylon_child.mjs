@@ -94,6 +94,7 @@ function texture(scene, said) {
   const wraps = { clamp: B.Constants.TEXTURE_CLAMP_ADDRESSMODE, repeat: B.Constants.TEXTURE_WRAP_ADDRESSMODE };
   [made.wrapU, made.wrapV] = said.wrap.map(word => wraps[word]);
   made.gammaSpace = false;
+  made.anisotropicFilteringLevel = 1;  // 4 where nobody says: a mean along the line of sight, not the bilinear value
   return made;
 }
 

@@ -65,6 +65,7 @@ def test_the_card_with_a_texture_passes(studio: Any, request: pytest.FixtureRequ
 @pytest.mark.parametrize(
     ("name", "scene", "limitations"),
     [
+        ("babylon", "texture/perspective_floor", ["subpixel_grid"]),
         ("luxcore", "terminator/sphere", ["facet_self_shadow"]),
         ("panda3d", "phong/interpolation", ["gouraud_interpolation", "lobe_blinn"]),
         ("panda3d", "separation/t_highlight", ["gouraud_interpolation"]),
