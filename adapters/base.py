@@ -97,6 +97,8 @@ class Declaration:
         unit; -1: unknown.
     coordinates : numbers in which the renderer holds points of the world, camera and lights: far from the origin
         ``float32`` moves them.
+    subpixel_bits : 2 to this power points a pixel's edge has on which a rasteriser puts the corners of triangles; 0
+        where they are not rounded.
     sphere_roots : how a sphere's hits are computed: from the difference of large squares (``discriminant``), or in a
         form that does not cancel (``stable``).
     """
@@ -136,6 +138,7 @@ class Declaration:
     epsilon: float = -1.0
     coordinates: Literal["float32", "float64", "unknown"] = "unknown"
     sphere_roots: Literal["discriminant", "stable", "unknown"] = "unknown"
+    subpixel_bits: int = 0
     hit_error: float = -1.0
     samples: int = 0
     white: float = math.inf

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Quality, Render
 from notabug.adapters.job_folder import job_folder, picture_path
+from notabug.adapters.kept import KeptChild, kept_child
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Floats, Light, Material, Object, Scene, Sphere
@@ -33,7 +34,8 @@ _MATERIAL = tuple(field.name for field in fields(Material) if field.name not in 
 class Script:
     """How the child script of the adapter ``name`` is run: the interpreter, the script beside this file, settings.
 
-    ``edit`` is done to the job and its arrays before the script reads them: how faults are made.
+    ``edit`` is done to the job and its arrays before the script reads them: how faults are made. Where there are
+    ``stays``, the script stays and does all jobs of this process, as in ``kept.py``: they are the words that follow it.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Script:
     environment: Mapping[str, str]
     keep_jobs: bool = False
     edit: Edit | None = None
+    stays: tuple[str, ...] = ()
 
     def render(
         self,
@@ -86,18 +89,26 @@ class Script:
         with job_folder(out, self.name, keep=self.keep_jobs) as folder:
             (folder / "job.json").write_text(json.dumps(document, allow_nan=False), "utf-8")
             np.savez(folder / "arrays.npz", allow_pickle=False, **arrays)
-            ended = run_child(
-                [self.python, "-P", str(Path(__file__).with_name(self.script)), "."],
-                where=self.name,
-                folder=folder,
-                timeout=quality.timeout,
-                environment=self.environment,
-            ).check(self.name)
+            ended = self._run(folder, quality.timeout).check(self.name)
             picture = made_picture(folder / "picture.npy", where=self.name, log=ended.log)
             pixels = np.load(picture, allow_pickle=False)
         if pixels.shape != (*pictures, scene.height, scene.width, 3):
             raise failure(f"a picture of shape {pixels.shape}", where=self.name, log=ended.log)
         return pixels, ended
+
+    def child(self) -> KeptChild:
+        """The child that stays."""
+        return kept_child((*self._command(), *self.stays), where=self.name, environment=self.environment)
+
+    def _run(self, folder: Path, timeout: float) -> Ended:
+        if self.stays:
+            return self.child().do(folder, timeout=timeout)
+        return run_child(
+            [*self._command(), "."], where=self.name, folder=folder, timeout=timeout, environment=self.environment
+        )
+
+    def _command(self) -> tuple[str, ...]:
+        return self.python, "-P", str(Path(__file__).resolve().with_name(self.script))
 
 
 def child_job(scene: Scene) -> tuple[dict[str, Any], Arrays]:

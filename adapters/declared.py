@@ -51,6 +51,7 @@ _OF_A_PICTURE = {
 SMALLEST_WHITE = 1e-6  # radiance: below it no picture of the corpus shows anything
 _MOST = {
     "bounces": 8,
+    "subpixel_bits": 16,
     "samples": 1 << 20,
     "radius": 16.0,
     "hit_error": 1.0,

@@ -1,7 +1,8 @@
-"""Python environments of renderers: where they are, and which version of a distribution an interpreter has.
+"""Environments of renderers: where they are, and which version of a distribution an interpreter has.
 
 A renderer that is a Python package may be installed beside notabug, or by ``notabug install NAME`` into an environment
-of its own below the cache, where its versions bother nobody. The latter is taken where it is there.
+of its own below the cache, where its versions bother nobody. The latter is taken where it is there. One that is an npm
+package has the folder ``node_modules`` there.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import sys
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Literal
 
 from notabug.adapters.base import RendererError, RendererMissingError
 from notabug.adapters.process import run_child
@@ -19,6 +21,7 @@ from notabug.scenes_usd.cache_folder import cache_root
 from notabug.scenes_usd.temporary import temporary_folder
 
 COMPLETE = "notabug-environment.json"  # in the environment's folder once all of it is there: what was installed
+PACKAGES = "node_modules"  # in the environment's folder, where npm puts packages
 _PROBE_SECONDS = 60.0
 _TELL = "import sys, importlib.metadata as m; print(m.version(sys.argv[1]))"
 
@@ -33,15 +36,18 @@ class Recipe:
     megabytes : that the environment takes on disk, measured on Linux.
     licence : of the renderer.
     python : the version of Python that the renderer needs ("3.13"), or "" for any from 3.11 on.
+    by : what fetches it. npm is asked to run no script of a package.
     """
 
     requirements: tuple[str, ...]
     megabytes: int
     licence: str
     python: str = ""
+    by: Literal["pip", "npm"] = "pip"
 
 
 RECIPES: dict[str, Recipe] = {
+    "babylon": Recipe(("babylonjs@9.35.0",), megabytes=112, licence="Apache-2.0", by="npm"),
     "cycles": Recipe(
         (
             *("bpy==5.3.0", "numpy==2.5.5", "cython==3.3.1", "zstandard==0.25.0", "requests==2.34.2"),
@@ -63,6 +69,7 @@ RECIPES: dict[str, Recipe] = {
         megabytes=130,
         licence="BSD-2-Clause",
     ),
+    "threejs": Recipe(("three@0.187.0",), megabytes=24, licence="MIT", by="npm"),
     "vtk": Recipe(("vtk==9.7.2", "numpy==2.4.6"), megabytes=660, licence="BSD-3-Clause"),
 }
 """By the name of the adapter, in alphabetical order."""
@@ -86,7 +93,7 @@ def interpreter(folder: Path) -> Path:
 
 def installed(folder: Path) -> tuple[str, ...]:
     """The requirements that the environment in ``folder`` was made from; () where it is not complete."""
-    if not interpreter(folder).exists():  # or the Python that it was made with is gone
+    if not (interpreter(folder).exists() or (folder / PACKAGES).is_dir()):  # the Python that it was made with is gone
         return ()
     try:
         return tuple(json.loads((folder / COMPLETE).read_text("utf-8"))["requirements"])

@@ -134,19 +134,17 @@ def run_child(
     adopt_orphans()
     tree, before = Tree(), states(folder.absolute())[1:]
     started = time.perf_counter()
-    try:
-        child, told = _start(command, folder, {**os.environ, **(environment or {}), MARK: tree.mark}, limits)
-    except (OSError, ValueError) as error:  # ValueError: a null byte
-        raise _not_started(command, where, getattr(error, "strerror", None) or str(error)) from error
+    whole = {**os.environ, **(environment or {}), MARK: tree.mark}
+    child, told = start_child(command, folder, whole, limits, where=where)
     tree.root = child.pid
     assert child.stdout is not None
-    log = _Log(child.stdout)
+    log = Log(child.stdout)
     try:
         stopped = _watch(child, log, tree, folder, started + timeout, limits)
     finally:
         if child.poll() is None:
-            _ask_to_end(child)
-        _kill_group(child.pid)
+            ask_to_end(child)
+        kill_group(child.pid)
         child.wait()
         tree.kill()
         log.drain()
@@ -167,10 +165,25 @@ def run_child(
     return Ended(tuple(command), code, stopped, seconds, log.text())
 
 
-def _start(
-    command: Sequence[str], folder: Path, environment: Mapping[str, str], limits: Limits
+def start_child(
+    command: Sequence[str],
+    folder: Path,
+    environment: Mapping[str, str],
+    limits: Limits,
+    *,
+    where: str,
+    stdin: int = subprocess.DEVNULL,
 ) -> tuple[subprocess.Popen[bytes], IO[str]]:
     """``command`` as a process, and what its keeper tells of its end; no word where the system has no keeper."""
+    try:
+        return _start(command, folder, environment, limits, stdin)
+    except (OSError, ValueError) as error:  # ValueError: a null byte
+        raise _not_started(command, where, getattr(error, "strerror", None) or str(error)) from error
+
+
+def _start(
+    command: Sequence[str], folder: Path, environment: Mapping[str, str], limits: Limits, stdin: int
+) -> tuple[subprocess.Popen[bytes], IO[str]]:
     has_keeper = sys.platform.startswith("linux") and bool(sys.executable)
     words, told, tell = list(command), *os.pipe()
     try:
@@ -181,7 +194,7 @@ def _start(
             words,
             cwd=folder,
             env=environment,
-            stdin=subprocess.DEVNULL,
+            stdin=stdin,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             start_new_session=True,
@@ -209,7 +222,7 @@ def made_picture(path: Path, *, where: str, log: str) -> Path:
     return path
 
 
-class _Log:
+class Log:
     """The last LOG_BYTES of what a child printed."""
 
     def __init__(self, pipe: IO[bytes]) -> None:
@@ -220,6 +233,13 @@ class _Log:
         self.open = bool(chunk)
         self.tail += chunk
         del self.tail[:-LOG_BYTES]
+
+    def wait(self, seconds: float) -> None:
+        """Read what there is, after at most ``seconds`` without any."""
+        with selectors.DefaultSelector() as ready:
+            ready.register(self.pipe, selectors.EVENT_READ)
+            if ready.select(max(0.0, seconds)):
+                self.read()
 
     def drain(self) -> None:
         """Read what is left; a process out of reach may hold the pipe open: it is not waited for."""
@@ -235,7 +255,7 @@ class _Log:
 
 
 def _watch(
-    child: subprocess.Popen[bytes], log: _Log, tree: Tree, folder: Path, deadline: float, limits: Limits
+    child: subprocess.Popen[bytes], log: Log, tree: Tree, folder: Path, deadline: float, limits: Limits
 ) -> Stopped:
     """Wait for ``child`` while reading its output; the limit that it broke, or ""."""
     look = time.perf_counter() + _LOOK
@@ -253,7 +273,7 @@ def _watch(
             if now >= deadline:
                 return "time"
             if now >= look:
-                broken = _broken(tree, folder, limits)
+                broken = broken_limit(tree, folder, limits)
                 if broken:
                     return broken
                 look = time.perf_counter() + _LOOK
@@ -265,7 +285,7 @@ def _watch(
     return ""
 
 
-def _broken(tree: Tree, folder: Path, limits: Limits) -> Stopped:
+def broken_limit(tree: Tree, folder: Path, limits: Limits) -> Stopped:
     """The limit that the job is beyond, or ""."""
     memory, seconds = tree.usage()
     if memory > (limits.memory or 0.9 * psutil.virtual_memory().total):
@@ -275,7 +295,7 @@ def _broken(tree: Tree, folder: Path, limits: Limits) -> Stopped:
     return "output" if limits.output and size(folder, limits.output) > limits.output else ""
 
 
-def _ask_to_end(child: subprocess.Popen[bytes]) -> None:
+def ask_to_end(child: subprocess.Popen[bytes]) -> None:
     """SIGTERM, so that a renderer may tidy up; one that does not listen is killed."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(child.pid, signal.SIGTERM)
@@ -283,6 +303,6 @@ def _ask_to_end(child: subprocess.Popen[bytes]) -> None:
         child.wait(2.0 * _GRACE)  # its keeper gives it one, and then kills
 
 
-def _kill_group(leader: int) -> None:
+def kill_group(leader: int) -> None:
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(leader, signal.SIGKILL)

@@ -16,7 +16,7 @@ OURS = ("inhouse", "shadowmap", "zbuffer")
 # Which renderer could show a limitation that none here does, and why none does.
 ELSEWHERE = {
     "lobe_phong": "VTK has Phong's lobe only; POV-Ray has both lobes, and Mitsuba and OpenGL get ours",
-    "lobe_blinn": "three.js has Blinn's lobe only; POV-Ray has both lobes, and Mitsuba and OpenGL get ours",
+    "lobe_blinn": "three.js and pygfx have Blinn's lobe only; POV-Ray has both lobes, Mitsuba and OpenGL get ours",
     "lobe_phong_matched": "an exporter to VTK that converts Blinn's exponent; here both lobes are there",
     "lobe_blinn_matched": "an exporter to three.js that converts Phong's exponent; here both lobes are there",
     "lobe_normalised_n2": "Mitsuba 0.6 normalises Phong's lobe so; POV-Ray and the shaders here do not normalise",
@@ -26,6 +26,7 @@ ELSEWHERE = {
     "gouraud_pixel_shadows": "a shadow map over colours lit at corners, as games had; no renderer here has both",
     "gouraud_unshadowed": "OpenGL's fixed pipeline, which has no shadows; all renderers here interpolate normals",
     "lobe_normalised_n2over8": "pygfx and three.js normalise Blinn's lobe so, by an implicit geometry term of 1/4",
+    "subpixel_grid": "SwiftShader, which draws for browsers without a graphics card, has a grid of 1/16 pixel",
     "bounce_limit": "POV-Ray follows five by default, game engines one; every adapter here asks for eight",
     "unshadowed": "OpenGL draws no shadows; its adapter refuses scenes where some fall",
     "crossed_once": "POV-Ray and Mitsuba, on transparent sheets in one place",

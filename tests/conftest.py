@@ -14,6 +14,7 @@ from typing import TypeVar
 import hypothesis
 import pytest
 
+from notabug.adapters.babylon import Babylon
 from notabug.adapters.base import Adapter, RendererMissingError
 from notabug.adapters.cycles import Cycles
 from notabug.adapters.luxcore import LuxCore
@@ -23,6 +24,7 @@ from notabug.adapters.panda3d import Panda3D
 from notabug.adapters.povray import PovRay
 from notabug.adapters.pygfx import Pygfx
 from notabug.adapters.tachyon import Tachyon
+from notabug.adapters.threejs import ThreeJs
 from notabug.adapters.vtk import Vtk
 
 # The same examples each time, so that the test command gives the same answer twice. `make search` looks for others.
@@ -73,6 +75,12 @@ def opengl() -> OpenGL:
 
 
 @pytest.fixture(scope="session")
+def babylon() -> Babylon:
+    """The Babylon.js adapter, in a browser."""
+    return _installed(Babylon())
+
+
+@pytest.fixture(scope="session")
 def cycles() -> Cycles:
     """The Cycles adapter."""
     return _installed(Cycles())
@@ -100,6 +108,12 @@ def pygfx() -> Pygfx:
 def tachyon() -> Tachyon:
     """The Tachyon adapter."""
     return _installed(Tachyon())
+
+
+@pytest.fixture(scope="session")
+def threejs() -> ThreeJs:
+    """The three.js adapter, in a browser."""
+    return _installed(ThreeJs())
 
 
 @pytest.fixture(scope="session")

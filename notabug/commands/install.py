@@ -1,4 +1,4 @@
-"""The ``install`` command: a renderer that is a Python package, in an environment of its own below the cache."""
+"""The ``install`` command: a renderer that is a Python or npm package, in an environment of its own below the cache."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def command(name: str, python: str, *, remove: bool, as_json: bool = False) -> E
 
 
 def _install(name: str, recipe: Recipe, folder: Path, python: str, said: Console) -> None:
-    base = find_python(recipe.python, python)
+    base = _find_npm(python) if recipe.by == "npm" else find_python(recipe.python, python)
     free = shutil.disk_usage(folder.parent).free
     if free < _ROOM * recipe.megabytes * 1e6:
         raise InstallError(
@@ -76,13 +76,33 @@ def _install(name: str, recipe: Recipe, folder: Path, python: str, said: Console
     )
     began = time.perf_counter()
     shutil.rmtree(folder, ignore_errors=True)  # what an installation left that was stopped, or of other versions
+    if recipe.by == "npm":
+        folder.mkdir()
+        words = [base, "install", "--prefix", str(folder), "--ignore-scripts", "--no-audit", "--no-fund", "--no-save"]
+        _step("npm failed", [*words, "--loglevel=error", *recipe.requirements], name, "is the network there?")
+    else:
+        _install_by_pip(name, recipe, folder, base)
+    (folder / COMPLETE).write_text(json.dumps({"requirements": recipe.requirements}), "utf-8")
+    said.print(f"{name}: installed in {time.perf_counter() - began:.0f} s", markup=False)
+
+
+def _install_by_pip(name: str, recipe: Recipe, folder: Path, base: str) -> None:
     _step(
         "the environment cannot be made", [base, "-m", "venv", str(folder)], name, "on Debian: apt install python3-venv"
     )
     pip = [str(interpreter(folder)), "-m", "pip", "install", "--no-deps", "--no-input", "--disable-pip-version-check"]
     _step("pip failed", [*pip, "--quiet", *recipe.requirements], name, "is the network there?")
-    (folder / COMPLETE).write_text(json.dumps({"requirements": recipe.requirements}), "utf-8")
-    said.print(f"{name}: installed in {time.perf_counter() - began:.0f} s", markup=False)
+
+
+def _find_npm(python: str) -> str:
+    """npm on PATH; a Python that was asked for is told to have no use."""
+    if python:
+        raise InstallError("the renderer is an npm package", where="install", got="--python", do="leave --python out")
+    if path := shutil.which("npm"):
+        return path
+    raise InstallError(
+        "no npm on PATH", where="install", expected="npm, which comes with Node.js", do="on Debian: apt install npm"
+    )
 
 
 def _step(what: str, words: list[str], name: str, do: str) -> None:
@@ -128,7 +148,7 @@ def _row(name: str, recipe: Recipe) -> dict[str, Any]:
         "installed": "yes" if there == recipe.requirements else "other versions" if there else "no",
         "megabytes": recipe.megabytes,
         "licence": recipe.licence,
-        "python": recipe.python or "any",
+        "python": "" if recipe.by == "npm" else recipe.python or "any",
         "requirements": list(recipe.requirements),
     }
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from notabug.adapters.babylon import Babylon
 from notabug.adapters.base import Adapter, Quality
 from notabug.adapters.child_job import Arrays
 from notabug.adapters.luxcore import LuxCore
@@ -22,9 +23,9 @@ from notabug.adapters.tachyon import Tachyon
 from notabug.metrics.verdict import Verdict
 from notabug.scenes_usd.scene import Scene
 
-RENDERERS = ("luxcore", "panda3d", "pygfx", "tachyon", "vtk")
-TEXTURED = ("luxcore", "panda3d", "pygfx", "vtk")
-Z_BUFFERS = ("panda3d", "pygfx", "vtk")
+RENDERERS = ("babylon", "luxcore", "panda3d", "pygfx", "tachyon", "threejs", "vtk")
+TEXTURED = ("babylon", "luxcore", "panda3d", "pygfx", "threejs", "vtk")
+Z_BUFFERS = ("babylon", "panda3d", "pygfx", "threejs", "vtk")
 Job = dict[str, Any]
 
 
@@ -64,11 +65,14 @@ def test_the_card_with_a_texture_passes(studio: Any, request: pytest.FixtureRequ
 @pytest.mark.parametrize(
     ("name", "scene", "limitations"),
     [
+        ("babylon", "texture/perspective_floor", ["subpixel_grid"]),
         ("luxcore", "terminator/sphere", ["facet_self_shadow"]),
         ("panda3d", "phong/interpolation", ["gouraud_interpolation", "lobe_blinn"]),
         ("panda3d", "separation/t_highlight", ["gouraud_interpolation"]),
         ("pygfx", "phong/floor_lobes", ["highlight_cosine", "lobe_blinn", "lobe_normalised_n2over8"]),
         ("tachyon", "terminator/sphere", ["facet_self_shadow"]),
+        ("threejs", "texture/perspective_floor", ["subpixel_grid"]),
+        ("threejs", "phong/floor_lobes", ["highlight_cosine", "lobe_blinn", "lobe_normalised_n2over8"]),
         ("vtk", "texture/uneven_quad", ["quad_split_02"]),
     ],
 )
@@ -131,16 +135,56 @@ MUTANTS: dict[str, tuple[str, Callable[[Job, Arrays], object], set[str]]] = {
     "no_highlights": ("phong/interpolation", _no_highlights, {"specular_missing"}),
 }
 
-HIDDEN = "no_highlights"  # colours lit at corners hardly show a highlight
+HIDDEN = {
+    ("panda3d", "no_highlights"),  # colours lit at corners hardly show a highlight
+    ("babylon", "normals_upside_down"),  # its picture is black but for the rim; see below
+}
 
 
 @pytest.mark.parametrize(
     ("name", "mutant"),
-    [(name, mutant) for name in Z_BUFFERS for mutant in MUTANTS if (name, mutant) != ("panda3d", HIDDEN)],
+    [(name, mutant) for name in Z_BUFFERS for mutant in MUTANTS if (name, mutant) not in HIDDEN],
 )
 def test_a_mutant_of_a_z_buffer_is_a_bug(studio: Any, request: pytest.FixtureRequest, name: str, mutant: str) -> None:
     scene, edit, names = MUTANTS[mutant]
     _check_mutant(studio, replace(request.getfixturevalue(name), edit=edit), mutant, scene, names)
+
+
+# ---- more mutants of the renderers in a browser
+
+
+def _rounder_highlights(job: Job, arrays: Arrays) -> None:
+    for material in job["materials"]:
+        material["exponent"] *= 0.7
+
+
+def _upside_down(job: Job, arrays: Arrays) -> None:
+    """The camera's own y axis points down, and its x axis to the left: the picture is turned by half a turn."""
+    turn = np.diag([-1.0, -1.0, 1.0, 1.0])
+    job["camera"]["to_world"] = (turn @ np.array(job["camera"]["to_world"])).tolist()
+
+
+BROWSERS: dict[str, tuple[str, Callable[[Job, Arrays], object], set[str]]] = {
+    "rounder_highlights": ("phong/floor_lobes", _rounder_highlights, {"exponent"}),
+    "upside_down": ("calibration/card", _upside_down, {"rotated", "orientation"}),
+}
+
+
+@pytest.mark.parametrize(("name", "mutant"), [(name, mutant) for name in ("babylon", "threejs") for mutant in BROWSERS])
+def test_a_mutant_in_a_browser_is_a_bug(studio: Any, request: pytest.FixtureRequest, name: str, mutant: str) -> None:
+    scene, edit, names = BROWSERS[mutant]
+    _check_mutant(studio, replace(request.getfixturevalue(name), edit=edit), mutant, scene, names)
+
+
+def test_babylons_normals_upside_down_are_a_bug(studio: Any, babylon: Babylon) -> None:
+    """Nearly all of the picture is black, for which values cut off at 0 are an explanation as good as any."""
+    _check_mutant(
+        studio,
+        replace(babylon, edit=_normals_upside_down),
+        "normals_upside_down",
+        "phong/interpolation",
+        {"normals_flipped", "clamped"},
+    )
 
 
 # ---- mutants of LuxCore, a path tracer whose own pictures are one row too low

@@ -126,7 +126,9 @@ def test_too_little_room_is_said_before_anything_is_made(cache: Path, monkeypatc
 
 
 def test_a_name_that_is_not_known(cache: Path) -> None:
-    with pytest.raises(SelectionError, match=r"povray.*expected one of cycles, luxcore, panda3d, pygfx, vtk"):
+    with pytest.raises(
+        SelectionError, match=r"povray.*expected one of babylon, cycles, luxcore, panda3d, pygfx, threejs, vtk"
+    ):
         command("povray", "", remove=False)
 
 
@@ -134,7 +136,47 @@ def test_every_recipe_is_of_an_adapter_and_pinned() -> None:
     known = adapters()
     for name, each in RECIPES.items():
         assert f"notabug install {name}" in known[name].install
-        assert all(requirement.count("==") == 1 for requirement in each.requirements)
+        sign = {"pip": "==", "npm": "@"}[each.by]
+        assert all(requirement.lstrip("@").count(sign) == 1 for requirement in each.requirements)
+
+
+def test_a_package_of_npm_runs_no_script_and_leaves_nothing_outside(
+    cache: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """npm is one that writes down its words and makes the folder that npm makes."""
+    recipe(monkeypatch, requirements=("tiny@1.5.0",), by="npm")
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    npm = programs / "npm"
+    npm.write_text('#!/bin/sh\nmkdir "$3/node_modules"\necho "$@" > "$3/words"\n')
+    npm.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{programs}:/usr/bin:/bin")
+    assert command("tiny", "", remove=False) == 0
+    assert "30 MB" in capsys.readouterr().err
+    folder = environment_folder("tiny")
+    words = (folder / "words").read_text().split()
+    assert words[:3] == ["install", "--prefix", str(folder)]
+    assert {"--ignore-scripts", "--no-save", "tiny@1.5.0"} <= set(words)
+    assert installed(folder) == ("tiny@1.5.0",)
+    assert command("tiny", "", remove=True) == 0
+    assert not folder.exists()
+
+
+def test_npm_that_is_missing_fails_or_has_no_use_for_a_python(
+    cache: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    recipe(monkeypatch, requirements=("tiny@1.5.0",), by="npm")
+    with pytest.raises(InstallError, match="leave --python out"):
+        command("tiny", sys.executable, remove=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InstallError, match=r"no npm on PATH.*apt install npm"):
+        command("tiny", "", remove=False)
+    npm = tmp_path / "npm"
+    npm.write_text("#!/bin/sh\necho no such package >&2\nexit 1\n")
+    npm.chmod(0o755)
+    with pytest.raises(InstallError, match=r"npm failed.*no such package"):
+        command("tiny", "", remove=False)
+    assert installed(environment_folder("tiny")) == ()
 
 
 def test_the_list_names_sizes(capsys: pytest.CaptureFixture[str], cache: Path) -> None:

@@ -1,0 +1,81 @@
+"""three.js in a browser: a z-buffer by way of WebGL, drawn by three's own shaders into a float32 texture.
+
+Its highlights are Blinn's, multiplied by (n + 2)/8 and by N.L. Without a graphics card Chromium's SwiftShader draws.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from notabug.adapters.base import Declaration, Found, Quality, Render
+from notabug.adapters.browser import DEPTH, GET_BROWSER, SUBPIXEL_BITS, InBrowser
+from notabug.adapters.child_job import Edit
+from notabug.adapters.registry import register
+from notabug.adapters.requirements import check_supported
+from notabug.adapters.zbuffer import rasterised
+from notabug.scenes_usd.scene import Scene
+
+UNIT = 1024.0  # a power of two, by which float32 numbers are multiplied without rounding
+
+
+@dataclass(frozen=True, slots=True)
+class ThreeJs:
+    """three.js: pixel centres by default, a regular grid for more samples; no shadows.
+
+    Attributes
+    ----------
+    unit : by what the scene is drawn larger. At 1 light does not grow within a tenth of a unit of a point light.
+    angle : what draws: Chromium's own SwiftShader, or the system's OpenGL by way of EGL.
+    browser : the program; by default the first Chromium on PATH.
+    keep_jobs : keep the folder with the job of every picture.
+    edit : what is done to the job before three.js reads it; a fault to be detected, for tests.
+    """
+
+    name: str = "threejs"
+    unit: float = UNIT
+    angle: Literal["swiftshader", "gl-egl"] = "swiftshader"
+    browser: str = ""
+    keep_jobs: bool = False
+    edit: Edit | None = None
+    capabilities: frozenset[str] = frozenset(
+        {"mesh", "normals", "uv", "texture", "point_light", "distant_light", "phong", "blinn", "cosine_weighted"}
+    )
+    install: str = f"notabug install threejs; {GET_BROWSER}"
+
+    def declaration(self, quality: Quality) -> Declaration:
+        return replace(
+            rasterised(quality),
+            depth=DEPTH[self.angle],
+            coincident="unknown",
+            lobe="blinn",
+            normalised="n2over8",
+            highlight="cosine",
+            gouraud_shadows="none",
+            texture_filter="bilinear",
+            subpixel_bits=SUBPIXEL_BITS[self.angle],
+        )
+
+    def find(self) -> Found:
+        return self._route().find()
+
+    def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        check_supported(self, scene)
+        return self._route().render(scene, out, quality, self.unit)
+
+    def _route(self) -> InBrowser:
+        return InBrowser(
+            self.name,
+            recipe="threejs",
+            package="three",
+            library="build/three.module.js",
+            script="threejs_child.mjs",
+            browser=self.browser,
+            angle=self.angle,
+            keep_jobs=self.keep_jobs,
+            edit=self.edit,
+        )
+
+
+register(ThreeJs())
