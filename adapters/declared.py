@@ -7,7 +7,7 @@ import inspect
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
@@ -145,6 +145,9 @@ def _typed(hint: Any, text: str) -> Any:
     return text
 
 
+_DEFAULTS = {each.name: each.default for each in fields(Declaration) if each.default is not MISSING}
+
+
 def declarations() -> list[dict[str, str]]:
     """Every key of a Declaration with its values, what is taken where it is not given, and what it means."""
     meaning = _meanings()
@@ -158,7 +161,7 @@ def declarations() -> list[dict[str, str]]:
             if hint in (bool, bool | None)
             else f"{least} to {_MOST[name]:g}"
         )
-        default = _OF_A_PICTURE.get(name, _OF_AN_OPTION.get(name, ""))
+        default = _OF_A_PICTURE.get(name, _OF_AN_OPTION.get(name, _DEFAULTS.get(name, "")))
         shown = "unknown" if default == -1 else f"{default}"
         rows.append({"key": name, "values": values, "default": shown, "meaning": meaning[name]})
     for name, values in (("quantum", "0 to 1"), ("white", f"{SMALLEST_WHITE:g} or more")):
