@@ -25,7 +25,7 @@ LIGHT = ANYWHERE | {
     "shadow_map_reversed", "shadow_map_moved", "shadow_bias_negated",
     "light_colour", "light_moved", "light_up_axis", "light_negated", "shadow_ray_culled", "unshadowed",
 }  # fmt: skip
-FACES = {"face_missing", "cracks"}  # of meshes; a single triangle has no cracks
+FACES = {"subpixel_grid", "face_missing", "cracks"}  # of meshes; a single triangle has no cracks
 POINT = {"falloff_linear", "falloff_none", "shadow_ray_unbounded", "albedo"}  # a point light, and a plain colour
 SEVERAL = {  # objects
     "coincident_surfaces", "another_wins", "colour_of_neither", "hole", "loser_wins",
@@ -89,7 +89,15 @@ def test_models_follow_from_what_a_scene_holds(make: Any, ball: Scene) -> None:
 def test_a_split_is_named_after_its_diagonal(split: str, limitations: set[str]) -> None:
     scene = read_scene("texture/uneven_quad", {"split": split})
     assert names(scene) == LIGHT | MESHES | UV | FACES | limitations
-    anywhere = {"acne", "unshadowed", "shadow_map_acne", "shadow_map_steps", "shadow_map_detached", *MESHES}
+    anywhere = {
+        "acne",
+        "unshadowed",
+        "shadow_map_acne",
+        "shadow_map_steps",
+        "shadow_map_detached",
+        "subpixel_grid",
+        *MESHES,
+    }
     found = [each for each in models(scene) if each.kind == "limitation" and each.name not in anywhere]
     assert {each.name for each in found} == limitations
     whens = {each.when for each in found}
