@@ -192,6 +192,6 @@ def test_the_nearest_texel_fills_its_block() -> None:
 
 @pytest.mark.slow
 def test_a_limitation_by_another_program_is_no_bug() -> None:
-    made = expose(Job("limitations", 0, 4, (), naming=False, side=32))
+    made = expose(Job("limitations", 0, 3, (), naming=False, side=32))
     assert [each["renderer"] for each in made] == ["declared", "undeclared"]
     assert {each["word"] for each in made} <= {"pass", "limitation", "inconclusive"}, made
