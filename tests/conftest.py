@@ -43,6 +43,16 @@ def _trust_our_own_scenes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[
 
 pytest_plugins = ["pytester"]
 
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Refuse a test whose name holds a set: a set's order, and so the name, changes from process to process."""
+    for item in items:
+        call = getattr(item, "callspec", None)
+        sets = [value for value in call.params.values() if isinstance(value, (set, frozenset))] if call else []
+        if call and any(str(value) in call.id for value in sets):
+            raise pytest.UsageError(f"{item.nodeid}: the name of a test holds a set; give the test an id")
+
+
 Installed = TypeVar("Installed", bound=Adapter)
 
 

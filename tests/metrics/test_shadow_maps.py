@@ -41,20 +41,20 @@ def picture_of(studio: Any, scene: Scene, quality: Quality = CENTRES) -> Any:
 @pytest.mark.parametrize(
     ("name", "said", "shown"),
     [
-        (BOX, ShadowMap(256, 0.0), {"shadow_map_acne"}),
-        (SLOPES, ShadowMap(256, 0.02), {"shadow_map_acne"}),
-        (WALL, ShadowMap(64, 0.03), {"shadow_map_acne", "shadow_map_steps"}),
-        (SLOPES, ShadowMap(256, 0.15), {"shadow_map_detached"}),
-        (WALL, ShadowMap(256, 0.2), {"shadow_map_detached"}),
-        (BOX, ShadowMap(256, 0.0, 0.08), {"shadow_map_detached"}),
+        (BOX, ShadowMap(256, 0.0), "shadow_map_acne"),
+        (SLOPES, ShadowMap(256, 0.02), "shadow_map_acne"),
+        (WALL, ShadowMap(64, 0.03), "shadow_map_acne shadow_map_steps"),
+        (SLOPES, ShadowMap(256, 0.15), "shadow_map_detached"),
+        (WALL, ShadowMap(256, 0.2), "shadow_map_detached"),
+        (BOX, ShadowMap(256, 0.0, 0.08), "shadow_map_detached"),
     ],
     ids=str,
 )
-def test_each_is_named(studio: Any, name: str, said: ShadowMap, shown: set[str]) -> None:
+def test_each_is_named(studio: Any, name: str, said: ShadowMap, shown: str) -> None:
     scene = small(studio, name, said)
     word, names = found(studio.verdict([picture_of(studio, scene)], scene, SHADOWED.declaration(CENTRES)))
     assert word == "limitation"
-    assert shown <= names <= NAMES
+    assert set(shown.split()) <= names <= NAMES
 
 
 def test_a_fine_map_with_a_fit_bias_shows_nothing(studio: Any) -> None:
