@@ -108,9 +108,10 @@ def admissible(
         inside = np.maximum(envelope.hi - envelope.lo - slope(envelope.mean), 0.0)
         inside[envelope.edge] = 0.0
         missed = GRID * extreme(extreme(inside, np.maximum), np.maximum)
-        if fine is not None:
+        if fine is not None and exact is not None:  # where an edge crosses, the interval from lo to hi stands for it
             at = np.flatnonzero(fine)
-            missed = put(missed, at, np.minimum(pixels(missed, at), pixels(envelope.bound, at)))
+            bound = np.where(exact[..., None], envelope.bound, 0.0)
+            missed = put(missed, at, np.minimum(pixels(missed, at), pixels(bound, at)))
         tau += missed
         if declaration.filter != "unknown" and declaration.samples >= ENOUGH:
             share = RANDOM_EDGE if declaration.noisy else EDGE
