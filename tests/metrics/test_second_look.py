@@ -113,3 +113,17 @@ def test_a_pixel_beside_an_edge_has_its_own_noise(random: Any) -> None:
     assert 0.5 < ratio < 3.0
     assert pooled > 2.0 * ratio  # what is pooled there is the noise of the edges
     np.testing.assert_array_equal(told.variance[~at], measured.variance[~at])
+
+
+def test_an_edge_that_a_second_look_finds_has_its_interval_alone(random: Any) -> None:
+    scene = _sign(5.3, 4.4)
+    bare = predict(scene)
+    everywhere = np.ones(bare.edge.shape, np.bool_)
+    target = Predictions(scene, bare, admissible(bare, random), random, RELATIVE, None).finely(everywhere)(())
+    assert target.exact is not None
+    assert target.missed is not None
+    crossed = bare.edge
+    assert not (target.exact & crossed).any()
+    assert (target.missed[crossed] == 0.0).all()
+    assert (target.hi > target.lo)[crossed].any()
+    assert (target.missed[target.exact] > 0.0).any()
