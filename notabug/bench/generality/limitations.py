@@ -25,6 +25,9 @@ NEAREST = "nearest texture"
 ALWAYS = ("facet_self_shadow", "facet_self_reflection", "facet_self_refraction")  # what real renderers show anyway
 ROUNDING = ("acne", "coincident_surfaces", "another_surface")  # of single samples: not to be drawn by subsamples
 
+# What a shadow map's texels do: the tracer tells what they may do at most, and does not draw them.
+MAPS = ("shadow_map_acne", "shadow_map_steps", "shadow_map_detached")
+
 
 def limitation_jobs(count: int, seed: int, *, naming: bool, side: int) -> list[Job]:
     """A job for each of the first ``count`` scenes."""
@@ -36,7 +39,9 @@ def choices(scene: Scene) -> dict[str, Model | None]:
     found: dict[str, Model | None] = {
         each.name: each
         for each in models(scene)
-        if each.kind in ("limitation", "convention") and each.rule != "set" and each.name not in (*ROUNDING, *ALWAYS)
+        if each.kind in ("limitation", "convention")
+        and each.rule != "set"
+        and each.name not in (*ROUNDING, *MAPS, *ALWAYS)
     }
     if any(scene.materials[each.material].texture >= 0 for each in scene.objects):
         found[NEAREST] = None
