@@ -57,6 +57,7 @@ class Admissible:
     samples: tuple[Floats, Floats] | None = None  # (h, w, 3) least and most of single samples, where lo, hi are nearer
     sampled: tuple[Floats, Floats, Floats] | None = None  # least and most of one random sample, and its variance
     never: Bools | None = None  # (h, w) where a single sample of some seed shows what none can
+    # of a renderer with random samples (see at_random):
     missed: Floats | None = None  # (h, w, 3) the part of ``tau`` that stands for what subsamples may miss
     inner: Bools | None = None  # (h, w) pixels that no edge crosses, though one may be next to them
     exact: Bools | None = None  # (h, w) those of them whose samples a second look knows, so that none is astray
@@ -86,9 +87,9 @@ def admissible(
     point = declaration.filter == "point"
     value: Floats = envelope.point if point else envelope.mean
     reach = math.ceil(declaration.radius)
-    inner = ~(envelope.edge | edges(envelope, reach, cast=True))
+    inner = ~(envelope.edge | edges(envelope, reach, cast=True)) if at_random(declaration) else None
     edge = edges(envelope, reach)
-    exact = None if fine is None else fine & inner
+    exact = None if fine is None or inner is None else fine & inner
     if exact is not None:
         edge &= ~exact
     lo: Floats = envelope.lo
@@ -113,6 +114,7 @@ def admissible(
             bound = np.where(exact[..., None], envelope.bound, 0.0)
             missed = put(missed, at, np.minimum(pixels(missed, at), pixels(bound, at)))
         tau += missed
+        missed = None if inner is None else missed
         if declaration.filter != "unknown" and declaration.samples >= ENOUGH:
             share = RANDOM_EDGE if declaration.noisy else EDGE
             span, samples = hi - lo, (lo, hi)
@@ -139,6 +141,11 @@ def admissible(
     return Admissible(
         value, lo, hi, tau, edge, spared, point, reach_of_filter, samples, sampled, None, missed, inner, exact, stray
     )
+
+
+def at_random(declaration: Declaration) -> bool:
+    """Whether a pixel's samples fall anywhere in it by chance, and nowhere else, and are enough to tell their noise."""
+    return declaration.noisy is True and declaration.filter == "box" and declaration.samples >= ENOUGH
 
 
 def beside_centre(envelope: Envelope) -> Floats:

@@ -20,7 +20,7 @@ from notabug.metrics.leeway import leeway
 from notabug.metrics.names import UNNAMED, Name
 from notabug.metrics.naming import Others, name_bug, possible
 from notabug.metrics.neighbours import Bools, widened
-from notabug.metrics.noise import TILE, Measured, measure
+from notabug.metrics.noise import Measured, in_tiles, measure
 from notabug.metrics.nuisance import untold_gain
 from notabug.metrics.predictions import Predictions
 from notabug.metrics.second_look import doubtful, shared_out
@@ -87,9 +87,7 @@ def judge(
     known = list(models(scene))
     open_to = admitted(known, declaration)
     found = explain(measured, open_to, predicted, predicted.preview, predicted.closely)
-    doubted = (
-        np.zeros(reference.edge.shape, np.bool_) if found.triggers else doubtful(measured, found, declaration, scene)
-    )
+    doubted = np.zeros(reference.edge.shape, np.bool_) if found.triggers else doubtful(measured, found, scene)
     if doubted.any():
         predicted = predicted.finely(doubted)
         measured = shared_out(measured, predicted(()), doubted)
@@ -172,7 +170,7 @@ def _bug(name: Name, found: Explanation) -> Finding:
     wrong, tiles = found.significance.pixels, found.significance.tiles
     if not wrong.any():  # faint and wide: the tiles that deviate, or the whole picture
         h, w = wrong.shape
-        wrong = np.kron(tiles, np.ones((TILE, TILE), bool))[:h, :w] if tiles.any() else np.ones((h, w), bool)
+        wrong = in_tiles(tiles, h, w) if tiles.any() else np.ones((h, w), bool)
     z = float(found.significance.z[wrong].max())
     return Finding("bug", name.name, float(wrong.sum()), box(wrong), z=z, message=name.message, regions=regions(wrong))
 

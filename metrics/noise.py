@@ -45,6 +45,16 @@ def tiles(values: Floats, side: int = TILE) -> Floats:
     return values
 
 
+def in_tiles(which: npt.NDArray[np.bool_], height: int, width: int) -> npt.NDArray[np.bool_]:
+    """The pixels (height, width) in the tiles ``which`` (th, tw)."""
+    return np.kron(which, np.ones((TILE, TILE), np.bool_))[:height, :width]
+
+
+def pooled(values: Floats) -> Floats:
+    """The means of ``values`` (h, w, 3) over 5 x 5 pixels."""
+    return weighed(weighed(values, FIVE, 0), FIVE, 1)  # a running sum would carry a firefly's rounding along its row
+
+
 def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_], samples: int = 0) -> Measured:
     """The mean and pooled variance of ``pictures``; at ``edge`` pixels the larger of pooled and own variance.
 
@@ -62,11 +72,11 @@ def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_], samples: in
         return Measured(mean, np.zeros_like(mean), np.inf, 1.0, 1)
     off = stack - mean
     own = np.square(off, out=off).sum(axis=0) / (seeds * (seeds - 1))
-    pooled = weighed(weighed(own, FIVE, 0), FIVE, 1)  # a running sum would carry a firefly's rounding along its row
+    around = pooled(own)
     # a value that is far noisier than its 24 neighbours, a firefly, is as noisy as it is: F(K - 1, 24 (K - 1)) beyond
     # OUTLIER has a chance of 1e-5 at four seeds
-    others = (25.0 * pooled - own) / 24.0
-    variance = np.where(spread(edge) | (own > OUTLIER * others), np.maximum(pooled, own), pooled)
+    others = (25.0 * around - own) / 24.0
+    variance = np.where(spread(edge) | (own > OUTLIER * others), np.maximum(around, own), around)
     count = tiles(np.ones(mean.shape[:2]))[..., None]
     between = np.stack([tiles(each) for each in stack]).var(axis=0, ddof=1) / seeds / count**2
     within = tiles(own) / count**2

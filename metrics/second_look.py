@@ -11,26 +11,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import ENOUGH, Admissible, Floats, residual
+from notabug.metrics.admissible import Admissible, Floats, residual
 from notabug.metrics.channels import spread
 from notabug.metrics.explain import Explanation
-from notabug.metrics.neighbours import Bools, weighed
-from notabug.metrics.noise import FIVE, TILE, Measured
+from notabug.metrics.neighbours import Bools
+from notabug.metrics.noise import Measured, in_tiles, pooled
 from notabug.metrics.significance import significance
 from notabug.scenes_usd.scene import Scene
 
 
-def doubtful(measured: Measured, found: Explanation, declaration: Declaration, scene: Scene) -> Bools:
+def doubtful(measured: Measured, found: Explanation, scene: Scene) -> Bools:
     """The pixels (h, w) of ``measured`` that ``found`` admits for no other reason than what subsamples may miss.
 
-    There are none unless the renderer takes random samples evenly all over the pixel and nowhere else, enough of them
-    to tell their noise. Pixels beside an edge are among them, as what lies beyond their border is not theirs; but not
-    where rays go on from a surface, since no id tells of edges in mirrors and glass.
+    There are none unless the renderer declares random samples: see admissible.at_random. Pixels beside an edge are
+    among them, as what lies beyond their border is not theirs; but not where rays go on from a surface, since no id
+    tells of edges in mirrors and glass.
     """
     target = found.target
-    random = declaration.noisy is True and declaration.filter == "box" and declaration.samples >= ENOUGH
-    if target.missed is None or target.inner is None or not random or not measured.noisy:
+    if target.missed is None or target.inner is None or not measured.noisy:
         return np.zeros(target.edge.shape, np.bool_)
     further = any(material.sends_on for material in scene.materials)
     inner = ~target.edge if further else target.inner
@@ -39,9 +37,9 @@ def doubtful(measured: Measured, found: Explanation, declaration: Declaration, s
     lo, hi = (np.where(each, target.value, end) for end in (target.lo, target.hi))
     strict = replace(target, lo=lo, hi=hi, tau=target.tau - target.missed, edge=~at)
     tested = significance(residual(measured.mean, strict) * spread(at), shared_out(measured, target, at), strict)
-    h, w = at.shape
-    tiles = np.kron(tested.tiles, np.ones((TILE, TILE), np.bool_))[:h, :w] if tested.tiles.any() else False
-    return np.asarray((tested.pixels | tiles) & at & (target.edge | (target.missed > 0).any(axis=2)))
+    return np.asarray(
+        (tested.pixels | in_tiles(tested.tiles, *at.shape)) & at & (target.edge | (target.missed > 0).any(axis=2))
+    )
 
 
 def shared_out(measured: Measured, target: Admissible, at: Bools) -> Measured:
@@ -53,14 +51,11 @@ def shared_out(measured: Measured, target: Admissible, at: Bools) -> Measured:
     assert target.sampled is not None
     assert measured.own is not None
     variance, here = target.sampled[2], spread(at).astype(np.float32)
-    noise, predicted, kept, count = (_pooled(each) for each in (measured.own, variance, measured.own * here, here))
+    noise, predicted, kept, count = (
+        pooled(values.astype(np.float64)) for values in (measured.own, variance, measured.own * here, here)
+    )
     share = variance * _over(noise, predicted)
     return replace(measured, variance=np.where(spread(at), np.maximum(share, _over(kept, count)), measured.variance))
-
-
-def _pooled(values: Floats) -> Floats:
-    """The means over 5 x 5 pixels of ``values`` (h, w, 3)."""
-    return weighed(weighed(values.astype(np.float64), FIVE, 0), FIVE, 1)
 
 
 def _over(some: Floats, all_of_it: Floats) -> Floats:

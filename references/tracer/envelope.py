@@ -267,6 +267,8 @@ def trace_changes(
     at = _around(changed, AROUND)
     if also is not None:
         at |= also
+    if fine is not None:
+        at &= ~fine
     found = _joined(base, _footprints(flat, scene, options, centre, at), at)
     if fine is None:
         return found
