@@ -149,3 +149,6 @@ def _show(found: dict[str, Any]) -> None:
             if key in numbers and numbers[key]["of"]:
                 share = numbers[key]
                 out.print(f"{part}, {title}: {share['hits']} of {share['of']}, {100 * share['share']:.1f} %")
+        for kind, times in numbers.get("judging", {}).items():
+            told = ", ".join(f"{name} {taken:.2f} s" for name, taken in times.items())
+            out.print(f"{part}, to judge and name a bug, {kind}: {told}")

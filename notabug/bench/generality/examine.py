@@ -74,7 +74,11 @@ def examine(scene: Scene, adapter: Adapter, quality: Quality, *, naming: bool) -
 
 
 def verdict_on(pictures: Sequence[Pixels], scene: Scene, declaration: Declaration, *, naming: bool) -> Record:
-    return said(judge(pictures, scene, declaration, perceive=False, naming=naming).verdict)
+    """What is said of ``pictures``, and the seconds that it took: those that passed, and those of processors."""
+    passed, busy = time.perf_counter(), time.process_time()
+    verdict = judge(pictures, scene, declaration, perceive=False, naming=naming).verdict
+    passed, busy = time.perf_counter() - passed, time.process_time() - busy
+    return {**said(verdict), "judging": {"seconds": round(passed, 3), "processor": round(busy, 3)}}
 
 
 def unknown_making() -> Declaration:

@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from notabug.bench.generality.examine import Record
 
 CONTROLS = ("black", "noise")  # pictures that must not pass
@@ -35,11 +37,24 @@ def _part(part: str, records: Sequence[Record]) -> dict[str, Any]:
         found["named_right"] = _share(sum(_right(each) for each in named), len(named))
         found["missed"] = [each for each in shown if each["word"] != "bug"]
         found["misnamed"] = [each for each in named if not _right(each)]
+        found["judging"] = judging([record for record in named if "judging" in record])
         found["kinds"] = sorted({f"{each['renderer']}: {each['fault']}" for each in shown})
     if part == "limitations":
         judged = [each for each in records if each["word"] in ("pass", "limitation", "bug", "inconclusive")]
         found["called_bug"] = _share(sum(each["word"] == "bug" for each in judged), len(judged))
     return found
+
+
+def judging(records: Sequence[Record]) -> dict[str, dict[str, float]]:
+    """The time that a verdict took, in seconds that passed and in those of processors: median, 95 % and the longest."""
+    if not records:
+        return {}
+    taken = {kind: [record["judging"][kind] for record in records] for kind in ("seconds", "processor")}
+    shares = {"median": 50, "95 %": 95, "longest": 100}
+    return {
+        kind: {name: round(float(np.percentile(times, share)), 3) for name, share in shares.items()}
+        for kind, times in taken.items()
+    }
 
 
 def _right(record: Record) -> bool:

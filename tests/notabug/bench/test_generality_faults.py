@@ -24,6 +24,7 @@ from notabug.bench.generality.jobs import Job, expose, sized
 from notabug.bench.generality.limitations import ALWAYS, NEAREST, choices, declared, nearest
 from notabug.bench.generality.mitsuba_faults import MITSUBA_FAULTS
 from notabug.bench.generality.povray_faults import POVRAY_FAULTS
+from notabug.bench.generality.summary import judging
 from notabug.references.models.model import models
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene, Texture
@@ -195,3 +196,12 @@ def test_a_limitation_by_another_program_is_no_bug() -> None:
     made = expose(Job("limitations", 0, 3, (), naming=False, side=32))
     assert [each["renderer"] for each in made] == ["declared", "undeclared"]
     assert {each["word"] for each in made} <= {"pass", "limitation", "inconclusive"}, made
+
+
+def test_the_time_that_a_verdict_takes_is_told() -> None:
+    records = [{"judging": {"seconds": float(n), "processor": 2.0 * n}} for n in range(101)]
+    assert judging(records) == {
+        "seconds": {"median": 50.0, "95 %": 95.0, "longest": 100.0},
+        "processor": {"median": 100.0, "95 %": 190.0, "longest": 200.0},
+    }
+    assert judging([]) == {}
