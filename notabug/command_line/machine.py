@@ -54,6 +54,13 @@ def bench(
         typer.Option("--part", help="Of generality (default: scenes) or of faults (all); again for more."),
     ] = None,
     names: Annotated[bool, typer.Option(help="Look for the fault behind each bug (generality): half a minute.")] = True,
+    side: Annotated[
+        int,
+        typer.Option(min=0, help="Pixels along the longer side of each picture (generality); 0: as drawn, 48 to 96."),
+    ] = 0,
+    workers: Annotated[
+        int, typer.Option(min=0, help="Processes that judge at the same time (generality); 0: one for each core.")
+    ] = 0,
     reduce: Annotated[bool, typer.Option(help="Shrink the scene of each bug (generality).")] = False,
     as_json: Json = False,
 ) -> None:
@@ -81,6 +88,8 @@ def bench(
             resume=resume,
             as_json=as_json,
             out=out,
+            side=side,
+            workers=workers,
         )
         raise typer.Exit(code)
     if what is Bench.faults:
