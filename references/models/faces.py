@@ -208,9 +208,10 @@ def _wrong_triangles(
     hit = inside & wrong[y, x]
     small = ~behind & ~large & (area >= SMALLEST) & hit.any(axis=1)
     small &= hit.sum(axis=1) >= VISIBLE * inside.sum(axis=1)
+    rays = centre_rays(scene)
     for each in np.flatnonzero(small | large):
         if large[each]:
-            column, row = _covered(scene, corners[each])
+            column, row = _covered(rays, corners[each], None if behind[each] else seen[each])
         else:
             column, row = x[each][inside[each]], y[each][inside[each]]
         bad = wrong[row, column]
@@ -224,21 +225,30 @@ def _wrong_triangles(
             yield nearness, int(each), int(ids[own][0]), np.stack([column[own], row[own]], axis=1)
 
 
-def _covered(scene: Scene, triangle: Floats) -> tuple[Ints, Ints]:
-    """The pixels (columns, rows) whose centres' rays meet ``triangle`` (3, 3), which may reach behind the camera."""
-    starts, rays = (each.reshape(-1, 3) for each in centre_rays(scene))
+def _covered(rays: tuple[Floats, Floats], triangle: Floats, place: Floats | None) -> tuple[Ints, Ints]:
+    """The pixels (columns, rows) whose centres' ``rays`` meet ``triangle`` (3, 3), which may reach behind the camera.
+
+    ``rays`` are their starts and directions (h, w, 3). A triangle that is all before the camera has a ``place`` in the
+    picture, its corners (3, 2) in pixels, outside of which no ray is tried.
+    """
+    height, width = rays[0].shape[:2]
+    rows, columns = slice(0, height), slice(0, width)
+    if place is not None:
+        first = np.clip(np.floor(place.min(axis=0)) - 1, 0, (width, height)).astype(np.int64)
+        last = np.clip(np.ceil(place.max(axis=0)) + 1, 0, (width, height)).astype(np.int64)
+        columns, rows = (slice(int(least), int(most)) for least, most in zip(first, last, strict=True))
+    starts, directions = (each[rows, columns] for each in rays)
     # start + t ray = first + u one + v other, by Cramer's rule
     one, other, start = triangle[1] - triangle[0], triangle[2] - triangle[0], starts - triangle[0]
     normal = np.cross(one, other)
-    slope = rays @ normal
+    slope = directions @ normal
     slope = np.where(np.abs(slope) > 1e-300, slope, 1e-300)
     t = -(start @ normal) / slope
-    point = start + t[:, None] * rays
+    point = start + t[..., None] * directions
     size = max(float(normal @ normal), 1e-300)
-    u, v = np.cross(point, other) @ normal / size, np.cross(one, point) @ normal / size
-    met = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0)
-    row, column = np.divmod(np.flatnonzero(met), scene.width)
-    return column, row
+    u, v = point @ np.cross(other, normal) / size, point @ np.cross(normal, one) / size
+    row, column = np.nonzero((u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0))
+    return column + columns.start, row + rows.start
 
 
 def _without(gone: Gone) -> Edit:
