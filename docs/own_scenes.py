@@ -210,6 +210,13 @@ HALVES = "".join(
 )
 OTHER = GREY.replace('"Look"', '"Other"').replace("/Look/", "/Other/").replace("0.6, 0.5, 0.4", "0.1, 0.2, 0.7")
 COLOUR = "\n    color3f[] primvars:displayColor = [(0.7, 0.3, 0.2)]"
+READER = """def Shader "Colour"
+    {
+        uniform token info:id = "UsdPrimvarReader_float3"
+        string inputs:varname = "displayColor"
+        float3 inputs:fallback = (1, 0, 1)
+        float3 outputs:result
+    }"""
 VERTICES = "[(1,0,0), (0,1,0), (0,0,1), (1,1,0), (1,0,1), (0,1,1), (1,1,1), (0,0,0)]"
 FACES = "[(1,0,0), (0,1,0), (1,0,0), (0,1,0), (1,0,0), (0,0,1)]"
 MOVING = f"\n    point3f[] points.timeSamples = {{1: [{POINTS}], 2: [{POINTS.replace('(1,1,1)', '(1,1,2)')}]}}"
@@ -338,6 +345,25 @@ FEATURES = (
         "displayColor per vertex",
         "adapted",
         mesh(BOX + NONE + f'\n    color3f[] primvars:displayColor = {VERTICES} (interpolation = "vertex")', bind=""),
+    ),
+    Feature(
+        "material",
+        "a primvar reader of displayColor (Houdini's way)",
+        "read",
+        mesh(BOX + NONE + COLOUR),
+        shader(f"color3f inputs:diffuseColor.connect = </World/Look/Colour.outputs:result>\n        {LAMBERT}", READER),
+    ),
+    Feature(
+        "material",
+        "a primvar reader of a number, with a fallback",
+        "read",
+        look=shader(
+            "float inputs:roughness.connect = </World/Look/Colour.outputs:result>",
+            READER.replace("_float3", "_float")
+            .replace("displayColor", "wear")
+            .replace("(1, 0, 1)", "0.3")
+            .replace("float3", "float"),
+        ),
     ),
     Feature("geometry", "neither material nor displayColor", "read", mesh(BOX + NONE, bind="")),
     Feature(

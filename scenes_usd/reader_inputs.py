@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pxr import UsdShade
+from pxr import Usd, UsdShade
 
 from notabug.scenes_usd.opinion import Opinion
+from notabug.scenes_usd.reader_primvar import Primvars, reads_value
 from notabug.scenes_usd.reader_values import Colour, check_colour, check_number, fault, read, where
 from notabug.scenes_usd.reading import note, recovered, refuse
 
@@ -18,11 +19,14 @@ class Inputs:
     """The inputs of a shader that are authored, by name.
 
     One that is not ``known`` is refused, or with ``lenient`` left out and noted: exporters write inputs of their own on
-    a UsdPreviewSurface, and no renderer looks at them.
+    a UsdPreviewSurface, and no renderer looks at them. A primvar reader reads those of ``primvars``.
     """
 
-    def __init__(self, shader: UsdShade.Shader, known: set[str], *, lenient: bool = False) -> None:
+    def __init__(
+        self, shader: UsdShade.Shader, known: set[str], *, lenient: bool = False, primvars: Primvars | None = None
+    ) -> None:
         self.prim = shader.GetPrim()
+        self._primvars = primvars
         self._authored = {str(each.GetBaseName()): each for each in shader.GetInputs()}
         for name in self._authored:
             if name in known:
@@ -44,7 +48,7 @@ class Inputs:
     def shaded(self, name: str) -> Any:
         """The output of another shader that gives the input its value; None where none does."""
         source = self.source(name)
-        return source if source is not None and _is_output(source) else None
+        return source if source is not None and _is_output(source) and not self._reads_primvar(source) else None
 
     def authored(self, name: str) -> bool:
         """Whether somebody gave the input a value or a connection."""
@@ -58,6 +62,8 @@ class Inputs:
             if name in self._authored and self._authored[name].HasConnectedSource():
                 raise fault(self.prim, f"inputs:{name}", "connected to something that has no value")
             return fallback
+        if self._primvars is not None and self._reads_primvar(source):
+            return self._primvars.value(UsdShade.Shader(source.GetPrim()))
         if _is_output(source):
             raise fault(
                 self.prim,
@@ -69,6 +75,10 @@ class Inputs:
             )
         found = read(self.prim, f"inputs:{name}", source)
         return fallback if found is None else found
+
+    def _reads_primvar(self, source: Usd.Attribute) -> bool:
+        """Whether the output ``source`` is what a reader of numbers or colours finds on the surface's own prim."""
+        return self._primvars is not None and _is_output(source) and reads_value(source.GetPrim())
 
     def number(self, name: str, *, low: float, high: float = math.inf) -> float:
         return recovered(

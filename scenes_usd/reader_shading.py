@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdShade
@@ -11,6 +12,7 @@ from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.primvar import Places
 from notabug.scenes_usd.reader_inputs import PREVIEW, Inputs
 from notabug.scenes_usd.reader_preview import PREVIEW_INPUTS, preview_of
+from notabug.scenes_usd.reader_primvar import Primvars, one_value
 from notabug.scenes_usd.reader_texture import Coordinates, Textures
 from notabug.scenes_usd.reader_values import (
     Colour,
@@ -62,7 +64,7 @@ class Materials:
         with blamed(prim, "material:binding"):
             material, relationship = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
         if material:
-            return self._once(material)
+            return self._once(material, prim)
         if relationship:
             refuse(
                 fault(
@@ -76,11 +78,17 @@ class Materials:
             )
         return self._plain(prim)
 
-    def _once(self, material: UsdShade.Material) -> int:
+    def _once(self, material: UsdShade.Material, prim: Usd.Prim) -> int:
+        """The index of ``material``; one that looks at primvars is another one for each prim."""
         path = str(material.GetPath())
-        if path not in self._index:
-            self._add(path, recovered(lambda: self._read(material), (Material(path, GREY), Coordinates())))
-        return self._index[path]
+        if path in self._index:
+            return self._index[path]
+        primvars = Primvars(prim)
+        found = recovered(lambda: self._read(material, primvars), (Material(path, GREY), Coordinates()))
+        if not primvars.asked:
+            return self._add(path, found)
+        name = f"{path}{str(prim.GetPath()).replace('/', '_')}"
+        return self._index[name] if name in self._index else self._add(name, (replace(found[0], path=name), found[1]))
 
     def _add(self, path: str, found: tuple[Material, Coordinates]) -> int:
         self._index[path] = len(self.found)
@@ -90,7 +98,7 @@ class Materials:
 
     def _plain(self, prim: Usd.Prim) -> int:
         """The material that a prim's displayColor and displayOpacity say, where they are constant."""
-        colour = recovered(lambda: display(prim, "primvars:displayColor", 3), None)
+        colour = recovered(lambda: one_value(prim, "primvars:displayColor", 3), None)
         clear = self.display_opacity(prim)
         if colour is None and clear == 1.0:
             note("approximated", where(prim, "material:binding"), "no material and no displayColor: grey 0.18 is drawn")
@@ -104,7 +112,7 @@ class Materials:
     def display_opacity(self, prim: Usd.Prim) -> float:
         """The one displayOpacity of ``prim``; 1 where it has none."""
         name = "primvars:displayOpacity"
-        found = recovered(lambda: display(prim, name, 1), None)
+        found = recovered(lambda: one_value(prim, name, 1), None)
         if found is None:
             return 1.0
         return recovered(lambda: check_number(prim, name, float(found[0, 0]), low=0.0, high=1.0), 1.0)
@@ -140,17 +148,19 @@ class Materials:
             self._add(name, (Material(name, colour, opacity=opacity), Coordinates()))
         return self._index[name]
 
-    def _read(self, material: UsdShade.Material) -> tuple[Material, Coordinates]:
+    def _read(self, material: UsdShade.Material, primvars: Primvars) -> tuple[Material, Coordinates]:
         own = material.GetSurfaceOutput(CONTEXT)
         if own and own.GetConnectedSources()[0]:
-            return self._reflection(material, _surface(material, own, REFLECTION))
+            return self._reflection(material, _surface(material, own, REFLECTION), primvars)
         displaced = material.GetDisplacementOutput()
         if displaced and displaced.GetConnectedSources()[0]:
             note("not read", where(material.GetPrim(), "outputs:displacement"), "displacement")
-        return self._preview(material, _preview_surface(material))
+        return self._preview(material, _preview_surface(material), primvars)
 
-    def _preview(self, material: UsdShade.Material, shader: UsdShade.Shader) -> tuple[Material, Coordinates]:
-        inputs = Inputs(shader, PREVIEW_INPUTS, lenient=True)
+    def _preview(
+        self, material: UsdShade.Material, shader: UsdShade.Shader, primvars: Primvars
+    ) -> tuple[Material, Coordinates]:
+        inputs = Inputs(shader, PREVIEW_INPUTS, lenient=True, primvars=primvars)
         texture, diffuse, coordinates = self._diffuse(inputs)
         solid = opinion(inputs.prim, "inputs:opacity", "float", 1.0)
         opacity = recovered(
@@ -168,8 +178,10 @@ class Materials:
         preview, coordinates = preview_of(inputs, self._textures, painted, opacity)
         return Material(str(material.GetPath()), diffuse, texture, opacity=opacity, preview=preview), coordinates
 
-    def _reflection(self, material: UsdShade.Material, shader: UsdShade.Shader) -> tuple[Material, Coordinates]:
-        inputs = Inputs(shader, set(_REFLECTION_INPUTS))
+    def _reflection(
+        self, material: UsdShade.Material, shader: UsdShade.Shader, primvars: Primvars
+    ) -> tuple[Material, Coordinates]:
+        inputs = Inputs(shader, set(_REFLECTION_INPUTS), primvars=primvars)
         texture, diffuse, coordinates = self._diffuse(inputs)
         lobe = checked(inputs.prim, "inputs:lobe", inputs.constant("lobe", "phong"), "word")
         if lobe not in ("phong", "blinn"):
@@ -200,32 +212,6 @@ class Materials:
             index, coordinates = self._textures.lookup(inputs.prim, name, source)
             return index, (1.0, 1.0, 1.0), coordinates
         return -1, check_colour(inputs.prim, name, inputs.constant("diffuseColor", GREY)), Coordinates()
-
-
-def display(prim: Usd.Prim, name: str, width: int) -> Floats | None:
-    """The one value (1, ``width``) of a display primvar, its own or inherited, or None where there is none.
-
-    Raises SceneError where it varies over the surface.
-    """
-    primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name.removeprefix("primvars:"))
-    if not primvar or not primvar.HasValue():
-        return None
-    values = vectors_of(prim, name, primvar.GetAttr(), width)
-    if not len(values):
-        return None
-    if np.ptp(values, axis=0).max() > 0.0:
-        mean = values.mean(axis=0)
-        kind = "color3f[]" if width == 3 else "float[]"
-        mends = opinion(prim, name, kind, [tuple(mean.tolist()) if width == 3 else float(mean[0])], "one for all")
-        raise fault(
-            prim,
-            name,
-            "varies over the surface, which no material of the contract does",
-            expected="one value",
-            got=f"{len(values)} values",
-            mends=mends,
-        )
-    return values[:1]
 
 
 def _preview_surface(material: UsdShade.Material) -> UsdShade.Shader:

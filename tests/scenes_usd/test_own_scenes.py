@@ -74,6 +74,34 @@ def test_the_table_of_the_docs_is_this_list() -> None:
     assert f"{states.count('adapted')} more" in text
 
 
+def test_a_primvar_reader_finds_what_each_prim_says(tmp_path: Path) -> None:
+    colour = "\n    color3f[] primvars:displayColor = [(0.2, 0.4, 0.6)]"
+    look = own.shader(
+        f"color3f inputs:diffuseColor.connect = </World/Look/Colour.outputs:result>\n{own.LAMBERT}", own.READER
+    )
+    shapes = own.mesh(own.BOX + own.NONE + own.COLOUR) + own.mesh(own.SQUARE + own.NONE + colour, "Other")
+    shapes += own.mesh(own.SQUARE + own.NONE, "Bare") + own.mesh(own.SQUARE + own.NONE + colour, "Last")
+    path = tmp_path / "many.usda"
+    path.write_text(own.Feature("material", "many", "read", shapes, look).text, "utf-8")
+    scene = read_stage(path, "own", {})
+    found = [scene.materials[each.material].diffuse for each in meshes(scene)]
+    assert np.allclose(found, [(0.7, 0.3, 0.2), (0.2, 0.4, 0.6), (1, 0, 1), (0.2, 0.4, 0.6)], atol=1e-7)
+    again = read_stage(write_scene(scene, tmp_path / "again.usda"), "own", {})
+    assert [again.materials[each.material].diffuse for each in meshes(again)] == found
+
+
+def test_a_primvar_reader_of_what_varies_is_told(tmp_path: Path) -> None:
+    look = own.shader(
+        f"color3f inputs:diffuseColor.connect = </World/Look/Colour.outputs:result>\n{own.LAMBERT}", own.READER
+    )
+    varying = f'\n    color3f[] primvars:displayColor = {own.VERTICES} (interpolation = "vertex")'
+    path = tmp_path / "varying.usda"
+    path.write_text(own.Feature("material", "varying", "adapted", own.mesh(own.BOX + own.NONE + varying), look).text)
+    with pytest.raises(SceneError, match="varies over the surface"):
+        read_stage(path, "own", {})
+    assert own.state_of(path) == "adapted"
+
+
 # --- what the features look like once they are read ---------------------------------------------------------------
 
 
