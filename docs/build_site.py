@@ -35,7 +35,7 @@ NAVIGATION: list[object] = [
             "not-yet.md",
         ]
     },
-    {"The classes": ["classes.md", "figures.md", "workarounds.md", "limitations.md", "gallery.md"]},
+    {"The classes": ["classes.md", "figures.md", "workarounds.md", "limitations.md", "preview.md", "gallery.md"]},
     {"The renderers": ["renderers/README.md", "defects/README.md"]},
     {
         "Reference": [

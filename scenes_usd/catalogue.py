@@ -17,6 +17,9 @@ from notabug.scenes_usd.reader import CORPUS, scene_id
 from notabug.scenes_usd.scene import Card, Scene
 from notabug.scenes_usd.untrusted import is_trusted
 
+PREVIEW = "preview"
+"""The folder of the small scenes for each feature of UsdPreviewSurface and UsdLux, which only their word selects."""
+
 VERDICTS = ("pass", "limitation", "bug", "inconclusive", "unsupported", "error")
 
 
@@ -51,6 +54,12 @@ def scenes() -> tuple[Entry, ...]:
         if each.artifact_class not in CLASSES:
             raise SceneError("a scene of the corpus without a card", where=str(each.path))
     return tuple(sorted(found, key=lambda each: (CLASSES.index(each.artifact_class), each.id)))
+
+
+@cache
+def preview_scenes() -> tuple[str, ...]:
+    """The ids of the scenes of the preview surface's features, in the order of their names."""
+    return tuple(f"{PREVIEW}/{path.stem}" for path in sorted((CORPUS / PREVIEW).glob("*.usda")))
 
 
 def entry(scene: str) -> Entry:

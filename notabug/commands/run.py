@@ -20,6 +20,7 @@ from notabug.printable import escaped
 from notabug.references.workarounds.workaround import Workaround
 from notabug.report.drawing import Pictures
 from notabug.report.page import draw
+from notabug.results import conformance
 from notabug.results.gate import FailOn, Gate, code_of
 from notabug.results.record import load
 from notabug.results.wording import counted, duration, tally
@@ -200,6 +201,9 @@ def _summary(out: Console, state: Run, page: Path, detail: Detail) -> None:
     for drawn in listing(state.results, out, detail):
         out.print(drawn, soft_wrap=isinstance(drawn, Text))
     told = [result for result in state.results if result.fails] if detail == "quiet" else state.results
+    features = conformance.rows(result.as_dict() for result in state.results)
+    if features and detail != "quiet":
+        out.print(conformance.table(features))
     for line in messages(told, state.plan.out):
         out.print(line, soft_wrap=True)
     for line in [] if detail == "quiet" else states(state.results, state.plan.gate.document(state.results)):

@@ -168,6 +168,8 @@ def _sources(word: str) -> list[str]:
     if word.endswith(SUFFIXES):
         return [word]
     ids = [each.id for each in catalogue.scenes()]
+    if word.partition("/")[0] == catalogue.PREVIEW:
+        ids = list(catalogue.preview_scenes())
     if word in ids:
         return [word]
     if any(each.partition("/")[0] == word for each in ids):

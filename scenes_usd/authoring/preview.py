@@ -14,7 +14,7 @@ import numpy.typing as npt
 from notabug.scenes_usd.authoring.png import png
 from notabug.scenes_usd.authoring.preview_features import FEATURES, LOOK, THIRD, Feature
 from notabug.scenes_usd.authoring.shapes import cells
-from notabug.scenes_usd.authoring.stage import Row, as_float32, camera, looking, mesh, over, placed
+from notabug.scenes_usd.authoring.stage import Row, as_float32, camera, lambert, looking, mesh, over, placed
 from notabug.scenes_usd.authoring.usda import block, card, indent, vector
 
 SIDE = 64  # pixels
@@ -53,7 +53,7 @@ def _header(more: str = "") -> str:
 
 
 def _base() -> bytes:
-    """The tile, its material, two lights, the camera and the settings."""
+    """The tile, a wall behind it, their materials, two lights, the camera and the settings."""
     look = block(
         'def Material "Look"',
         f"token outputs:surface.connect = <{LOOK}/Surface.outputs:surface>",
@@ -74,8 +74,9 @@ def _base() -> bytes:
         camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), 0.3, (0.1, 100.0)),
         key,
         fill,
-        block('def Scope "Materials"', look),
+        block('def Scope "Materials"', look, lambert("Back", (0.7, 0.2, 0.15))),
         _tile(),
+        mesh("Wall", [(-3, -3, -1), (3, -3, -1), (3, 3, -1), (-3, 3, -1)], [(0, 1, 2, 3)], material="Back"),
     )
     settings = block(
         'def RenderSettings "Settings"',
@@ -117,13 +118,9 @@ def _pictures() -> Mapping[str, npt.NDArray[np.uint8]]:
     even = ((row + column) % 2 == 0)[..., None]
     checks = np.where(even, (220, 190, 120), (40, 90, 160))
     corners = np.where(even, (200, 200, 190), (150, 150, 140))
-    for place, colour in (
-        ((0, 0), (220, 40, 30)),
-        ((0, -1), (40, 170, 60)),
-        ((-1, 0), (50, 80, 220)),
-        ((-1, -1), (230, 190, 40)),
-    ):
-        corners[place] = colour
+    first, last = slice(0, 2), slice(-2, None)
+    corners[first, first], corners[first, last] = (220, 40, 30), (40, 170, 60)
+    corners[last, first], corners[last, last] = (50, 80, 220), (230, 190, 40)
     ramp = np.linspace(60, 250, TILES).astype(int)
     level = np.broadcast_to(ramp[None, :, None], (TILES, TILES, 3))
     packed = np.stack(

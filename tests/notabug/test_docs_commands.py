@@ -43,6 +43,7 @@ SKIPPED = {
     "notabug run --quick": "draws a scene of each class with every renderer; test_selection.py says which",
     "notabug run terminator -r povray": MINUTES,
     "notabug run terminator -r povray --variant tessellation=all": MINUTES,
+    "notabug run preview": MINUTES,
     "notabug run 'texture/*' --variants all --out nightly": MINUTES,
     "notabug run --workarounds terminator": MINUTES,
     "notabug bench verdict --quick": MINUTES,
