@@ -137,6 +137,20 @@ class Tab:
         return page
 
 
+    def go_on(self, site: Site, state: str) -> Any:
+        """The viewer where it stands, or newly opened, in another state, when its pictures are there."""
+        if "viewer.html" not in self.page.url:
+            return self.view(site, state)
+        self.page.evaluate(
+            """(address) => new Promise((done) => {
+              addEventListener("hashchange", () => setTimeout(done), {once: true});
+              location.hash = address; })""",
+            f"#scene={SCENE}&{state}",
+        )
+        self.page.wait_for_selector("#status", state="hidden")
+        return self.page
+
+
 def missing(reason: str) -> Any:
     """Skip, or fail where everything is required."""
     if os.environ.get("NOTABUG_REQUIRE"):
