@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -11,14 +12,17 @@ import pytest
 from notabug.adapters.base import Adapter, Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.adapters.zbuffer import ZBuffer
+from notabug.bench.generality.jobs import sized
 from notabug.metrics.verdict import Finding, Leg, Verdict
 from notabug.references.workarounds.workaround import Workaround, workarounds
 from notabug.runs.plan import Plan
 from notabug.runs.run import run
+from notabug.runs.selection import Choice
 from notabug.runs.workarounds import Row, choices, chosen, rows
 from notabug.scenes_usd.card import CLASSES
 from notabug.scenes_usd.catalogue import entry
 from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.reader import read_scene
 
 PAPER = {
     *("epsilon", "reverse_ray_refinement", "snyder_barr_offset", "finer_tessellation", "evenly_sized_cells"),
@@ -26,6 +30,7 @@ PAPER = {
     *("c1_interpolation", "uv_aware_simplification", "matched_exponent"),
 }
 EVERY = list(workarounds())
+SIDE = 128  # pixels
 CHEAP = [x for x in EVERY if x.limits and x.name != "c1_interpolation"]
 OTHERS = {"near_plane": ZBuffer(), "shadow_bias": ZBuffer(name="shadowmap", as_lit=True)}  # not of the tracer
 
@@ -38,6 +43,13 @@ class Silent:
     def done(self, result: Any, kept: bool) -> None: ...
 
 
+def small(selected: list[Workaround]) -> list[Choice]:
+    """The choices of ``selected`` with pictures of a quarter of the pixels: what is asked holds at every size."""
+    return [
+        replace(choice, scene=sized(read_scene(choice.source, choice.variants), SIDE)) for choice in choices(selected)
+    ]
+
+
 @pytest.fixture(scope="module")
 def row(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Workaround], Row]:
     """The row of a workaround on an in-house renderer; pictures that workarounds share are drawn once."""
@@ -47,7 +59,7 @@ def row(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Workaround], Row]
     def one(workaround: Workaround) -> Row:
         if workaround.name not in made:
             adapter: Adapter = OTHERS.get(workaround.name, InHouse())
-            plan = Plan(choices([workaround]), {adapter.name: (adapter, adapter.find())}, out, Quality())
+            plan = Plan(small([workaround]), {adapter.name: (adapter, adapter.find())}, out, Quality())
             (made[workaround.name],) = rows([workaround], run(plan, Silent()).results)
         return made[workaround.name]
 

@@ -136,7 +136,6 @@ class Tab:
         page.wait_for_selector("#status", state="hidden")
         return page
 
-
     def go_on(self, site: Site, state: str) -> Any:
         """The viewer where it stands, or newly opened, in another state, when its pictures are there."""
         if "viewer.html" not in self.page.url:

@@ -23,6 +23,11 @@ PAGES = ["index.html", "class/texture.html", "matrix.html", "viewer.html", "tren
 HOSTILE = "../..\\\"'><script>alert(1)</script><img src=x onerror=alert(2)>${7*7}{{7*7}}\u2028"
 
 
+# What a page looks like and how it answers is looked at once: that it comes from a server as well, the tests of every
+# page, of its address and of its size say.
+FROM_A_FILE = pytest.mark.parametrize("site", ["file"], indirect=True)
+
+
 def test_every_page_opens_without_complaint(tab: Any, site: Any) -> None:
     for page in PAGES:
         tab.open(site.address(page)).wait_for_load_state("load")
@@ -32,6 +37,7 @@ def test_every_page_opens_without_complaint(tab: Any, site: Any) -> None:
     assert all(each.startswith((site.base, "about:", "data:")) for each in tab.requests)
 
 
+@FROM_A_FILE
 @pytest.mark.parametrize("tab", [1280, 390], indirect=True)
 def test_nothing_is_wider_than_the_window(tab: Any, site: Any) -> None:
     for page in PAGES:
@@ -40,6 +46,7 @@ def test_nothing_is_wider_than_the_window(tab: Any, site: Any) -> None:
         assert too_wide(tab.page) == [], page
 
 
+@FROM_A_FILE
 def test_the_width_test_can_fail(tab: Any, site: Any) -> None:
     page = tab.open(site.address("index.html"))
     page.evaluate("document.querySelector('h2').style.cssText = 'width: 40px; white-space: nowrap'")
@@ -69,6 +76,7 @@ def test_a_subset_says_how_many_classes_it_shows(tab: Any, built: Path) -> None:
     assert page.locator(".taxonomy > li").count() == 1
 
 
+@FROM_A_FILE
 def test_the_site_is_walked_by_keyboard(tab: Any, site: Any) -> None:
     """From the first page to a class, to its scene in the viewer, and back to the matrix, by tab and enter alone."""
     page = tab.open(site.address("index.html"))
@@ -103,6 +111,7 @@ def test_the_site_is_walked_by_keyboard(tab: Any, site: Any) -> None:
     assert not tab.complaints
 
 
+@FROM_A_FILE
 def test_every_control_and_picture_has_a_name(tab: Any, site: Any) -> None:
     for page in PAGES:
         tab.open(site.address(page)).wait_for_load_state("load")
@@ -150,6 +159,7 @@ def test_filters_are_in_the_address(tab: Any, site: Any) -> None:
     assert page.locator(".exhibit:visible").count() == 1
 
 
+@FROM_A_FILE
 def test_trend_says_first_what_changed(tab: Any, site: Any) -> None:
     page = tab.open(site.address("trend.html"))
     first = page.locator(".changes li").first
