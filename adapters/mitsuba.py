@@ -70,7 +70,7 @@ class Mitsuba:
             "orthographic",
             "aperture_offset",
         }
-        | {"ggx", "dielectric"}
+        | {"ggx", "dielectric", "emission", "normal_map"}
     )
     install: str = "pip install notabug[mitsuba]"
 

@@ -111,6 +111,42 @@ def whitted(
     return Whitted()
 
 
+def emitting(mi: Any, emission: list[float], texture: dict[str, Any] | None) -> Any:
+    """A BSDF that reflects nothing and whose albedo, which an integrator can show, is what the surface emits.
+
+    Mitsuba's own emitters are lights, shine from one side of a surface only, and are chosen at random.
+    """
+    import drjit as dr
+
+    bitmap = None if texture is None else mi.load_dict(texture)
+
+    class Emitting(mi.BSDF):  # type: ignore[misc]  # the variant is known only when it is loaded
+        def __init__(self) -> None:
+            mi.BSDF.__init__(self, mi.Properties())
+            self.m_components = [mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide]
+            self.m_flags = self.m_components[0]
+
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:  # noqa: ARG002
+            return mi.Color3f(0.0)
+
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:  # noqa: ARG002
+            return dr.zeros(mi.BSDFSample3f), mi.Color3f(0.0)
+
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:  # noqa: ARG002
+            return mi.Float(0.0)
+
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:  # noqa: ARG002
+            return mi.Color3f(0.0), mi.Float(0.0)
+
+        def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
+            return mi.Color3f(emission) if bitmap is None else mi.Color3f(bitmap.eval_3(si, active))
+
+        def to_string(self) -> str:
+            return "Emitting[]"
+
+    return Emitting()
+
+
 def _chances(mirror: list[float], transmission: list[float], rest: float) -> tuple[float, float, float]:
     """How often a sample takes the mirror, the refracted and the straight ray: in proportion to their brightness.
 

@@ -32,6 +32,8 @@ def main(folder: Path) -> None:
         drjit.set_thread_count(job["threads"])
     bsdfs = {name: _bsdf(mitsuba, look, job["textures"], arrays) for name, look in job["looks"].items()}
     scenes = [_scene(mitsuba, job, arrays, bsdfs, light) for light in job["lights"]]
+    if job["glows"]:
+        scenes.append(_glowing(mitsuba, job, arrays))
     for seed in job["seeds"]:
         np.save(folder / f"seed{seed}.npy", _picture(mitsuba, job, scenes, seed))
 
@@ -51,14 +53,24 @@ def _picture(mi: Any, job: dict[str, Any], scenes: list[Any], seed: int) -> npt.
     return film.astype(np.float32)
 
 
+def _glowing(mi: Any, job: dict[str, Any], arrays: dict[str, Any]) -> Any:
+    """The scene that shows what each surface emits, as its albedo."""
+    from notabug.adapters.mitsuba_bsdf import emitting
+
+    bsdfs = {}
+    for name, look in job["looks"].items():
+        preview = look["preview"] or {"emission": [0.0, 0.0, 0.0], "emission_map": -1}
+        glow = _bitmap(mi, preview["emission_map"], job["textures"], arrays)
+        bsdfs[name] = emitting(mi, preview["emission"], glow)
+    return _scene(mi, {**job, "integrator": "albedo"}, arrays, bsdfs, {"type": "constant", "radiance": 0.0})
+
+
 def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str, Any], light: dict[str, Any]) -> Any:
     camera = job["camera"]
     parts: dict[str, Any] = {
         "type": "scene",
         "light": light,
-        "integrator": {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
-        if job["integrator"] == "direct"
-        else {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20},
+        "integrator": _integrator(job),
         "sensor": {
             **camera["lens"],
             "to_world": mi.ScalarTransform4f(np.array(camera["to_world"])),
@@ -91,6 +103,14 @@ def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str
     return mi.load_dict(parts)
 
 
+def _integrator(job: dict[str, Any]) -> dict[str, Any]:
+    if job["integrator"] == "direct":
+        return {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
+    if job["integrator"] == "albedo":
+        return {"type": "aov", "aovs": "shown:albedo"}
+    return {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20}
+
+
 def _bsdf(mi: Any, look: dict[str, Any], textures: dict[str, Any], arrays: dict[str, Any]) -> Any:
     """Mitsuba's own plug-ins where they can say the material, else the scripted one."""
     bitmap = _bitmap(mi, look["texture"], textures, arrays)
@@ -100,7 +120,15 @@ def _bsdf(mi: Any, look: dict[str, Any], textures: dict[str, Any], arrays: dict[
 
         names = ("metallic", "roughness") if preview else ()
         maps = {name: _bitmap(mi, preview[f"{name}_map"], textures, arrays) for name in names}
-        return whitted(mi, look, bitmap, maps)
+        scripted = whitted(mi, look, bitmap, maps)
+        normals = _bitmap(mi, preview["normal_map"], textures, arrays) if preview else None
+        if normals is None:
+            return scripted
+        mapped = {"type": "normalmap", "normalmap": normals, "bsdf": scripted}
+        try:
+            return mi.load_dict({**mapped, "use_shadowing_function": False})
+        except RuntimeError:  # a version that has no such function
+            return mi.load_dict(mapped)
     reflectance = bitmap or {"type": "rgb", "value": look["diffuse"]}
     shown: dict[str, Any] = {"type": "diffuse", "reflectance": reflectance}
     if preview:

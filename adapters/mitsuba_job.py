@@ -21,6 +21,10 @@ What Mitsuba does, measured with 3.9.1, and what is written for it:
 - A UsdPreviewSurface that is all metal is ``roughconductor`` without a material, which reflects all of the light, times
   the diffuse colour; any other one is the BSDF of ``mitsuba_bsdf.py``, with Mitsuba's own GGX. Its ``principled`` has
   Disney's diffuse lobe, Fresnel's exact factors and F90 = 1 for metal, and cannot say it.
+- A normal map is Mitsuba's ``normalmap`` round that BSDF, without its function against bumps' hard terminators, which
+  darkens ``preview/normal_bumps`` by half a per cent. It takes N x T for the second tangent, whatever side the
+  texture's v grows on, so faces with mirrored coordinates are refused.
+- What surfaces emit is their albedo in a picture of its own (``mitsuba_bsdf.emitting``), which is added.
 - A ``sphere`` has a centre and a radius: only rotated, moved and uniformly scaled ones can be said.
 """
 
@@ -61,6 +65,9 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str
     if centres:
         for each in shown.values():
             _check_one_way(each)
+    glows = any(_glows(each.preview) for each in shown.values())
+    for each in shown.values():
+        _check_opaque(each, follows=follows, glows=glows)
     return {
         "width": scene.width,
         "height": scene.height,
@@ -71,6 +78,7 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str
         "max_depth": 3 if mask else BOUNCES + 2,  # a straight passage counts as a bounce under ``path``
         "looks": {str(index): _look(each, follows) for index, each in shown.items()},
         "camera": _camera(scene.camera, scene.width / scene.height),
+        "glows": glows,
         "lights": [_light(each) for each in scene.lights],
         "textures": _textures(scene, arrays),
         "objects": [_object(scene, index, arrays) for index in range(len(scene.objects))],
@@ -97,6 +105,20 @@ def _check_one_way(material: Material) -> None:
         )
 
 
+def _glows(preview: Preview | None) -> bool:
+    return preview is not None and (any(preview.emission) or preview.emission_map >= 0)
+
+
+def _check_opaque(material: Material, *, follows: bool, glows: bool) -> None:
+    """Raise UnsupportedError where what surfaces emit would be seen in others, or a normal map lets light through."""
+    mapped = material.preview is not None and material.preview.normal_map >= 0
+    if follows and glows:
+        what = "what surfaces emit is drawn where they are seen directly"
+        raise UnsupportedError(what, where=material.path, expected="no mirror, transmission or opacity in the scene")
+    if mapped and material.opacity < 1.0:
+        raise UnsupportedError("Mitsuba's normalmap lets no light through", where=material.path, expected="opacity 1")
+
+
 def _look(material: Material, follows: bool) -> dict[str, Any]:
     """A material as the child gets it; ``scripted`` where it takes the BSDF of ``mitsuba_bsdf.py``."""
     preview = material.preview
@@ -118,7 +140,7 @@ def _look(material: Material, follows: bool) -> dict[str, Any]:
 
 def _is_metal(surface: Preview) -> bool:
     """Whether Mitsuba's own ``roughconductor`` is all of the surface: F0 and F90 are the diffuse colour."""
-    constant = surface.metallic_map < 0 and surface.roughness_map < 0
+    constant = surface.metallic_map < 0 and surface.roughness_map < 0 and surface.normal_map < 0
     return constant and surface.metallic == 1.0 and not surface.specular_workflow and not surface.clearcoat
 
 
@@ -162,9 +184,11 @@ def _wrapping(scene: Scene, index: int) -> tuple[str, Grown | None]:
 
 def _textures(scene: Scene, arrays: Arrays) -> dict[str, dict[str, Any]]:
     found = {}
+    normals = {each.preview.normal_map for each in scene.materials if each.preview is not None}
     for index in sorted(set().union(*(scene.materials[each.material].textures for each in scene.objects))):
         wrap, grown = _wrapping(scene, index)
-        arrays[f"texture{index}"] = (grown.pixels if grown else scene.textures[index].pixels).astype(np.float32)
+        pixels = grown.pixels if grown else scene.textures[index].pixels
+        arrays[f"texture{index}"] = ((pixels + 1.0) / 2.0 if index in normals else pixels).astype(np.float32)
         found[str(index)] = {"pixels": f"texture{index}", "wrap": wrap}
     return found
 
@@ -184,8 +208,24 @@ def _object(scene: Scene, index: int, arrays: Arrays) -> dict[str, Any]:
     if each.uv is not None and material.textures:
         grown = _wrapping(scene, min(material.textures))[1]
         uv = (each.uv * grown.a + grown.b if grown else each.uv)[corner]
+        if material.preview is not None and material.preview.normal_map >= 0:
+            _check_unmirrored(uv, each.path)
         parts["uv"] = np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
     for part, array in parts.items():
         said[part] = f"{part}{index}"
         arrays[said[part]] = np.ascontiguousarray(array, np.float32)
     return said
+
+
+def _check_unmirrored(uv: npt.NDArray[np.float64], path: str) -> None:
+    """Raise UnsupportedError where texture coordinates (3 n, 2) run clockwise round a triangle."""
+    first, second, third = uv.reshape(-1, 3, 2).transpose(1, 0, 2)
+    one, other = second - first, third - first
+    mirrored = int((one[:, 0] * other[:, 1] < one[:, 1] * other[:, 0]).sum())
+    if mirrored:
+        raise UnsupportedError(
+            "Mitsuba's normalmap takes no side for the second tangent",
+            where=path,
+            expected="coordinates that run round each face as its corners do",
+            got=f"{mirrored} mirrored triangles",
+        )

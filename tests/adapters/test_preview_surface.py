@@ -67,6 +67,52 @@ def test_the_other_surfaces_by_mitsubas_distribution(name: str, stage: Any, mits
     assert differ(stage, mitsuba, scene).sum() <= 8
 
 
+NORMALS = Texture(
+    Path("n.exr"), np.array([[(0.3, 0.1, 0.9), (-0.2, 0.4, 0.8)], [(0.0, -0.5, 0.7), (0.1, 0.2, 1.0)], [(0, 0, 1)] * 2])
+)
+GLOWING = {
+    "constant": Preview(metallic=1.0, roughness=0.4, emission=(0.2, 0.05, 0.7)),
+    "a map": Preview(roughness=0.6, emission_map=1),
+}
+
+
+@pytest.mark.parametrize("name", GLOWING)
+@pytest.mark.parametrize("turned", [False, True])
+def test_what_surfaces_emit(name: str, turned: bool, stage: Any, mitsuba: Any) -> None:
+    """From both sides, and without light for others."""
+    scene = scene_of(stage, GLOWING[name])
+    scene = replace(scene, objects=scene.objects[1:]) if name == "a map" else scene
+    if turned:  # the floor is seen from below
+        scene = replace(scene, camera=stage.camera((1, -4, -4), (0, 0, -1)))
+    assert differ(stage, mitsuba, scene).sum() <= 8
+    dark = replace(scene, materials=(replace(scene.materials[0], preview=Preview(roughness=0.4)),))
+    assert (stage.draw(mitsuba, scene) - stage.draw(mitsuba, dark)).max() > 0.1
+
+
+@pytest.mark.parametrize("surface", [METAL, Preview(roughness=0.5)], ids=["metal", "dielectric"])
+def test_normal_maps_are_mitsubas_own(surface: Preview, stage: Any, mitsuba: Any) -> None:
+    scene = scene_of(stage, replace(surface, normal_map=2))
+    scene = replace(scene, objects=scene.objects[1:], textures=(*scene.textures, NORMALS))
+    assert differ(stage, mitsuba, scene).sum() <= 8
+    plain = replace(scene, materials=(replace(scene.materials[0], preview=surface),))
+    assert (np.abs(stage.draw(mitsuba, plain) - stage.draw(mitsuba, scene)) > 0.05).any()
+
+
+def test_what_mitsuba_cannot_say_of_maps_is_refused(stage: Any) -> None:
+    scene = scene_of(stage, Preview(normal_map=2))
+    floor = scene.objects[1]
+    scene = replace(scene, objects=(floor,), textures=(*scene.textures, NORMALS))
+    mirrored = replace(scene, objects=(replace(floor, uv=floor.uv * [-1.0, 1.0]),))
+    with pytest.raises(UnsupportedError, match="mirrored triangles"):
+        job(mirrored, Quality(samples=1))
+    clear = replace(scene, materials=(replace(scene.materials[0], opacity=0.5),))
+    with pytest.raises(UnsupportedError, match="lets no light through"):
+        job(clear, Quality(samples=1))
+    glowing = replace(clear, materials=(replace(clear.materials[0], preview=GLOWING["constant"]),))
+    with pytest.raises(UnsupportedError, match="emit"):
+        job(glowing, Quality(samples=1))
+
+
 def test_what_a_renderer_lacks_is_said(stage: Any, tmp_path: Path) -> None:
     assert needs(scene_of(stage, METAL)) >= {"ggx"}
     assert not needs(scene_of(stage, METAL)) & {"dielectric", "emission", "normal_map"}
