@@ -25,8 +25,9 @@ Each is a layer of a few lines over one base, a curved tile before a wall, under
 in [scenes_usd/preview](../scenes_usd/preview). **right**: the picture is what is specified. **convention**: it differs
 by a choice that the specification leaves open, such as the masking of GGX. **limitation** and **bug** are as
 everywhere, and **unsupported** means that the renderer, or its adapter, says that it lacks the feature. Only direct
-light is asked for. A full run draws the rest of the corpus; these scenes are drawn where the word `preview` asks for
-them.
+light is asked for. `notabug gallery` of such a run has a page with the pictures.
+
+A full run draws the rest of the corpus; these scenes are drawn where the word `preview` asks for them.
 
 Known disagreements between renderers are among them: a roughness in a texture against the same one as a constant
 (usd-wg/assets 98), the specular workflow read the wrong way round (arnold-usd 1183).

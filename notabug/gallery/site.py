@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,9 @@ from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
 from notabug.references.raster.picture import RasterOptions, raster_picture
 from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.results import conformance
 from notabug.results.wording import STYLE, WORST_FIRST
+from notabug.scenes_usd.catalogue import PREVIEW
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
 
@@ -101,6 +103,7 @@ def _pages(
     kinds = [each for each in taxonomy() if any(x.artifact_class == each.id for x in exhibits)]
     renderers = list(dict.fromkeys(each.renderer for run in runs for each in run.results))
     found = trends(exhibits, runs)
+    features = _features(exhibits)
     names = sorted({f.name for x in exhibits for d in x.latest.values() for f in d.result.verdict.findings})
     by_class = {each.id: [x for x in exhibits if x.artifact_class == each.id] for each in kinds}
     shared = {
@@ -111,6 +114,7 @@ def _pages(
         "runs": runs,
         "renderers": renderers,
         "has_trend": bool(found),
+        "has_features": bool(features),
         "has_bench": bool(plots),
         "viewer": viewer_address,
     }
@@ -137,6 +141,8 @@ def _pages(
     ranked = sorted(exhibits, key=_rank)
     page("matrix.html", "matrix.html", exhibits=ranked, names=names)
     page("viewer.html", "viewer.html", exhibits=exhibits)
+    if features:
+        page("features.html", "features.html", features=features)
     if found:
         page("trend.html", "trend.html", trends=found)
     for name, text in plots:
@@ -155,6 +161,19 @@ def _rank(exhibit: Exhibit) -> tuple[int, float, str]:
     latest = exhibit.latest.values()
     worst = min((WORST_FIRST.index(each.result.verdict.word) for each in latest), default=len(WORST_FIRST))
     return worst, -max((each.area for each in latest), default=0.0), exhibit.scene
+
+
+def _features(exhibits: list[Exhibit]) -> list[tuple[Exhibit, conformance.Row]]:
+    """Each scene of the preview surface's features, and its row of the conformance table."""
+    found = {row.feature: row for row in conformance.rows(_latest(exhibits))}
+    named = {each.scene.partition("/")[2]: each for each in exhibits if each.scene.startswith(f"{PREVIEW}/")}
+    return [(named[name], row) for name, row in found.items()]
+
+
+def _latest(exhibits: list[Exhibit]) -> Iterator[dict[str, Any]]:
+    for exhibit in exhibits:
+        for drawn in exhibit.latest.values():
+            yield drawn.result.as_dict()
 
 
 def _tally(exhibits: list[Exhibit]) -> list[tuple[str, int]]:

@@ -17,7 +17,7 @@ from notabug.results.record import Result
 from notabug.scenes_usd.card import CLASSES
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.picture import write_exr
-from tests.notabug.gallery.conftest import barriers, too_wide
+from tests.notabug.gallery.conftest import barriers, too_wide, write_run
 
 PAGES = ["index.html", "class/texture.html", "matrix.html", "viewer.html", "trend.html", "bench.html"]
 HOSTILE = "../..\\\"'><script>alert(1)</script><img src=x onerror=alert(2)>${7*7}{{7*7}}\u2028"
@@ -125,6 +125,30 @@ def test_every_control_and_picture_has_a_name(tab: Any, site: Any) -> None:
             }).map((e) => e.outerHTML)"""
         )
         assert nameless == [], page
+
+
+@pytest.mark.parametrize("tab", [1280, 390], indirect=True)
+def test_features_of_the_preview_surface_have_a_page(tab: Any, tmp_path: Path) -> None:
+    scene = "preview/ior_24"
+    (tmp_path / "run").mkdir()
+    write_exr(tmp_path / "run" / "picture.exr", np.full((64, 64, 3), 0.3, np.float32))
+    told = Verdict("bug", (Finding("bug", "ior_ignored", 900.0, (0, 0, 60, 60)),), message="ior is taken for 1.5")
+    drawn = Result(scene, "", "grey", "1.0", told, image="picture.exr", size=(64, 64), claim="It reflects more.")
+    lacks = Result(scene, "", "other", "1.0", Verdict("unsupported"), size=(64, 64), claim="It reflects more.")
+    run = write_run(tmp_path / "run", [drawn, lacks])
+    site = build([run], tmp_path / "site", only=[scene]).parent
+    page = tab.open(f"{site.as_uri()}/features.html")
+    cells = page.locator("tbody tr td").all_text_contents()
+    assert [" ".join(cell.split()) for cell in cells] == ["", "✗ bug: ior ignored", "– unsupported"]
+    assert "It reflects more." in page.locator("tbody th").text_content()
+    assert page.locator("nav.site a", has_text="features").get_attribute("aria-current") == "page"
+    assert barriers(page) == []
+    assert too_wide(page) == []
+
+
+def test_a_gallery_without_them_has_no_such_page(built: Path) -> None:
+    assert not (built / "features.html").exists()
+    assert "features.html" not in (built / "index.html").read_text("utf-8")
 
 
 def test_text_stands_out_from_its_ground() -> None:
