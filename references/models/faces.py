@@ -225,7 +225,9 @@ def _wrong_triangles(
             yield nearness, int(each), int(ids[own][0]), np.stack([column[own], row[own]], axis=1)
 
 
-def _covered(rays: tuple[Floats, Floats], triangle: Floats, place: Floats | None) -> tuple[Ints, Ints]:
+def _covered(
+    rays: tuple[npt.NDArray[np.floating], npt.NDArray[np.floating]], triangle: Floats, place: Floats | None
+) -> tuple[Ints, Ints]:
     """The pixels (columns, rows) whose centres' ``rays`` meet ``triangle`` (3, 3), which may reach behind the camera.
 
     ``rays`` are their starts and directions (h, w, 3). A triangle that is all before the camera has a ``place`` in the
