@@ -55,10 +55,15 @@ def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str
     camera = job["camera"]
     parts: dict[str, Any] = {
         "type": "scene",
-        "light": light,
-        "integrator": {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
-        if job["integrator"] == "direct"
-        else {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20},
+        "light": {**light, "to_world": mi.ScalarTransform4f(np.array(light["to_world"]))} if "to_world" in light else light,
+        "integrator": {
+            **(
+                {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
+                if job["integrator"] == "direct"
+                else {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20}
+            ),
+            **({"hide_emitters": True} if job.get("hide_emitters") else {}),
+        },
         "sensor": {
             **camera["lens"],
             "to_world": mi.ScalarTransform4f(np.array(camera["to_world"])),
