@@ -55,7 +55,9 @@ def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str
     camera = job["camera"]
     parts: dict[str, Any] = {
         "type": "scene",
-        "light": {**light, "to_world": mi.ScalarTransform4f(np.array(light["to_world"]))} if "to_world" in light else light,
+        "light": {**light, "to_world": mi.ScalarTransform4f(np.array(light["to_world"]))}
+        if "to_world" in light
+        else light,
         "integrator": {
             **(
                 {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}

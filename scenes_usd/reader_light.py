@@ -29,7 +29,7 @@ from notabug.scenes_usd.reader_values import (
     world_matrix,
 )
 from notabug.scenes_usd.reading import going_on, note, recovered, refuse
-from notabug.scenes_usd.scene import Emitter, Floats, Light, Object, Shaping, ShadowMap
+from notabug.scenes_usd.scene import Emitter, Floats, Light, Object, ShadowMap, Shaping
 
 _PLAIN = (  # attribute, its type, the only value the contract can say, where the schema's own fallback may differ
     ("inputs:shadow:enable", "bool", True),
@@ -101,9 +101,7 @@ def _normalised(prim: Usd.Prim, matrix: Floats, radius: float) -> tuple[Opinion,
     return said + opinion(prim, "inputs:intensity", "float", bright, "the light with the area of its world space")
 
 
-def with_size(
-    prim: Usd.Prim, light: Light, objects: Sequence[Object], pixel: Callable[[Floats], Floats]
-) -> Light:
+def with_size(prim: Usd.Prim, light: Light, objects: Sequence[Object], pixel: Callable[[Floats], Floats]) -> Light:
     """``light`` with the size that ``prim`` gives it, or as it is where no picture of ``objects`` would show that.
 
     ``pixel`` is the world size of a pixel at places (n, 3). A light of the angular radius s, seen from the farthest
@@ -184,9 +182,7 @@ def _placed(prim: Usd.Prim, kind: str, matrix: Floats, radius: float) -> Light:
         half = min(math.radians(number(prim, "inputs:angle", 0.53, low=0.0)) / 2.0, math.pi)
     axes = np.ascontiguousarray(matrix[:3, :3] * scale[:, None])
     x, y, z = matrix[3, :3].tolist()
-    made = Light(
-        str(prim.GetPath()), cast(Any, kind), (1.0, 1.0, 1.0), position=(x, y, z), emitter=Emitter(axes, half)
-    )
+    made = Light(str(prim.GetPath()), cast(Any, kind), (1.0, 1.0, 1.0), position=(x, y, z), emitter=Emitter(axes, half))
     return replace(made, direction=_along(matrix))
 
 

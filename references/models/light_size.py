@@ -31,7 +31,9 @@ def models(scene: Scene) -> Iterator[Model]:
                     lambda each, factor=factor, keep=keep: resized(each, factor, keep_power=keep),  # type: ignore[misc]
                 )
     if any(abs(area(each) - 1.0) > SAME for each in sized):
-        yield _fault("normalize_ignored", "inputs:normalize of lights is ignored, or taken as on where it is off", _other)
+        yield _fault(
+            "normalize_ignored", "inputs:normalize of lights is ignored, or taken as on where it is off", _other
+        )
     if any(each.emitter is not None and each.emitter.exposure for each in scene.lights):
         yield _fault("exposure_ignored", "inputs:exposure of lights is ignored", _unexposed)
     if any(each.shaping is not None for each in scene.lights):

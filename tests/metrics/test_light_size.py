@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,7 @@ from notabug.scenes_usd.reader_stage import read_stage
 from notabug.scenes_usd.scene import Scene
 
 CENTRES = Quality(samples=1)
-SIZE = 40
+SIZE = 28
 STAGE = """#usda 1.0
 (
     defaultPrim = "World"
@@ -115,7 +114,7 @@ def judged(studio: Any, scene: Scene, *faults: str) -> Any:
     return studio.verdict(studio.draw(inhouse, scene, CENTRES), scene, inhouse.declaration(CENTRES))
 
 
-@pytest.mark.parametrize("kind", LAMPS)
+@pytest.mark.parametrize("kind", ["rect", "cylinder", "dome", "spot"])
 def test_what_is_right_passes(studio: Any, tmp_path: Path, kind: str) -> None:
     scene = read(tmp_path, kind)
     assert scene.lights[0].kind == ("sphere" if kind == "spot" else kind)
@@ -126,11 +125,9 @@ def test_what_is_right_passes(studio: Any, tmp_path: Path, kind: str) -> None:
     ("kind", "fault"),
     [
         ("rect", "light_size_ignored"),
-        ("rect", "light_size"),
         ("rect", "normalize_ignored"),
         ("rect", "exposure_ignored"),
         ("sun", "light_size_ignored"),
-        ("dome", "exposure_ignored"),
         ("spot", "cone_ignored"),
         ("spot", "light_multiplier_ignored"),
     ],
@@ -141,8 +138,7 @@ def test_a_fault_is_named(studio: Any, tmp_path: Path, kind: str, fault: str) ->
     assert verdict.findings[0].name == fault
 
 
-@pytest.mark.parametrize("factor", [0.5, 2.0])
-@pytest.mark.parametrize("keep", [True, False])
+@pytest.mark.parametrize(("factor", "keep"), [(0.5, False), (2.0, True)])
 def test_a_light_twice_or_half_as_large_is_a_bug(studio: Any, tmp_path: Path, factor: float, keep: bool) -> None:
     scene = read(tmp_path, "disk")
     key, *rest = scene.lights
@@ -157,8 +153,8 @@ def test_every_model_of_such_a_scene_can_be_predicted(studio: Any, tmp_path: Pat
     """Those that make no sense of it are not among them, and none crashes."""
     from notabug.references.predict import preview
 
-    for kind in ("rect", "dome", "spot"):
-        scene = replace(read(tmp_path, kind), width=8, height=8)
+    for kind in ("dome", "spot"):
+        scene = replace(read(tmp_path, kind), width=6, height=6)
         names = {model.name for model in models(scene)}
         assert "falloff_none" not in names, "the falloff is the shape's"
         for model in models(scene):
@@ -176,27 +172,18 @@ def mitsuba(folder: Path, drawn: Scene, meant: Scene, seed: int = 0) -> Any:
     return judge(pictures, meant, who.declaration(quality), perceive=False).verdict
 
 
-@pytest.mark.parametrize("kind", ["rect", "disk", "sphere", "cylinder", "sun", "dome"])
+@pytest.mark.parametrize("kind", ["disk", "cylinder", "sun"])
 def test_mitsuba_draws_it_rightly(tmp_path: Path, kind: str) -> None:
     scene = read(tmp_path, kind)
     assert mitsuba(tmp_path, scene, scene).word in ("pass", "limitation")
 
 
-WRONG: dict[str, Callable[[Scene], Scene]] = {
-    "light_size_ignored": lambda scene: _key(scene, lambda key: resized(key, 1 / 32, keep_power=True)),
-    "light_size": lambda scene: _key(scene, lambda key: resized(key, 2.0, keep_power=True)),
-}
-
-
-def _key(scene: Scene, change: Callable[[Any], Any]) -> Scene:
-    return replace(scene, lights=(change(scene.lights[0]), *scene.lights[1:]))
-
-
-@pytest.mark.parametrize("fault", WRONG)
-def test_mitsuba_under_a_light_of_the_wrong_size_is_a_bug(tmp_path: Path, fault: str) -> None:
+@pytest.mark.parametrize(("factor", "name"), [(1 / 32, "light_size_ignored"), (2.0, "light_size")])
+def test_mitsuba_under_a_light_of_the_wrong_size_is_a_bug(tmp_path: Path, factor: float, name: str) -> None:
     scene = read(tmp_path, "rect")
-    verdict = mitsuba(tmp_path, WRONG[fault](scene), scene)
-    assert (verdict.word, verdict.findings[0].name) == ("bug", fault)
+    drawn = replace(scene, lights=(resized(scene.lights[0], factor, keep_power=True), *scene.lights[1:]))
+    verdict = mitsuba(tmp_path, drawn, scene)
+    assert (verdict.word, verdict.findings[0].name) == ("bug", name)
 
 
 def test_who_lacks_them_says_so(tmp_path: Path) -> None:

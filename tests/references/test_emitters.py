@@ -67,15 +67,15 @@ def within(found: Envelope, expected: float) -> None:
     assert bound <= 4 * QUARTER * max(expected, 0.02), "a bound beyond the tolerance says nothing"
 
 
-def polygon(points: Floats, at: Floats = np.zeros(3), normal: Floats = np.array([0.0, 0.0, 1.0])) -> float:
-    """Lambert's formula: the irradiance of a polygon of radiance 1 that is all above the horizon."""
-    to = points - at
+def polygon(points: Floats, x: float = 0.0, y: float = 0.0) -> float:
+    """Lambert's formula: the irradiance at (x, y, 0) of a polygon of radiance 1 that is all above the horizon."""
+    to = points - (x, y, 0.0)
     to = to / np.linalg.norm(to, axis=1, keepdims=True)
     total = 0.0
     for u, v in zip(to, np.roll(to, -1, axis=0), strict=True):
         across = np.cross(u, v)
         angle = math.atan2(float(np.linalg.norm(across)), float(u @ v))
-        total += angle * float(across @ normal) / float(np.linalg.norm(across))
+        total += angle * float(across[2]) / float(np.linalg.norm(across))
     return abs(total) / 2.0
 
 
@@ -133,14 +133,14 @@ SHEARED = np.array([[0.7, 0.2, 0.1], [-0.3, 0.9, 0.2], [0.0, 0.1, 1.0]])
 @pytest.mark.parametrize("x", [0.0, 2.0])
 def test_a_rectangle_by_lamberts_formula(axes: Floats, x: float) -> None:
     lamp = light("rect", axes)
-    within(seen(lamp, at=(x, 0.5)), polygon(corners(lamp), np.array([x, 0.5, 0.0])) / math.pi)
+    within(seen(lamp, at=(x, 0.5)), polygon(corners(lamp), x, 0.5) / math.pi)
 
 
 def test_a_rectangle_that_stands_on_the_plane_and_shines_to_one_side() -> None:
     axes = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])  # its -z is -x
     lamp = light("rect", axes, at=(0.0, 0.0, 0.0), direction=(-1.0, 0.0, 0.0))
     above = clipped(corners(lamp), np.array([0.0, 0.0, 1.0]), 0.0)
-    within(seen(lamp, at=(-0.7, 0.2)), polygon(above, np.array([-0.7, 0.2, 0.0])) / math.pi)
+    within(seen(lamp, at=(-0.7, 0.2)), polygon(above, -0.7, 0.2) / math.pi)
     assert seen(lamp, at=(0.7, 0.2)).mean[0, 0, 0] == 0.0, "nothing of its back"
 
 
@@ -210,7 +210,7 @@ def test_a_highlight_of_a_dome_is_what_the_surface_reflects_of_it() -> None:
 
 
 def test_a_mirror_smooth_metal_shows_the_light_itself() -> None:
-    """What is narrower than the light reflects its radiance: where the mirrored direction meets it, and nowhere else."""
+    """What is narrower than the light reflects its radiance: where the mirrored direction meets it, and only there."""
     material = Material("/Metal", (1.0, 1.0, 1.0), preview=Preview(metallic=1.0, roughness=0.0))
     within(seen(light("sphere", 0.5), material=material), 1.0)
     assert seen(light("sphere", 0.5), material=material, at=(0.8, 0.0)).mean[0, 0, 0] < 1e-3

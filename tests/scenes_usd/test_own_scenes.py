@@ -224,9 +224,9 @@ def test_lights_with_a_size_have_usdluxs_radiance(files: dict[str, Path], tmp_pa
     dome = read(files, "DomeLight").lights[1]
     assert (dome.kind, dome.intensity) == ("dome", (1.0, 1.0, 1.0))
     for plain, factor in (("", 1.0), ("float inputs:exposure = 3", 8.0), ("bool inputs:normalize = 1", 1 / np.pi)):
-        text = files["DiskLight"].read_text("utf-8").replace('def DiskLight "More"\n{', f'def DiskLight "More"\n{{\n{plain}')
+        said = f'def DiskLight "More"\n{{\nfloat inputs:radius = 1\n{plain}\n'
         path = tmp_path / "disk.usda"
-        path.write_text(text.replace(plain, f"{plain}\nfloat inputs:radius = 1"), "utf-8")
+        path.write_text(files["DiskLight"].read_text("utf-8").replace('def DiskLight "More"\n{\n', said), "utf-8")
         assert read_stage(path, "own", {}).lights[1].intensity[0] == pytest.approx(factor)
 
 
