@@ -56,6 +56,8 @@ class InHouse:
             "aperture_offset",
         }
         | {"ggx", "dielectric", "emission", "normal_map"}
+        | {"sphere_light", "rect_light", "disk_light", "cylinder_light", "sun_light", "dome_light"}
+        | {"light_beam", "light_multipliers"}
     )
 
     def declaration(self, quality: Quality) -> Declaration:

@@ -71,6 +71,7 @@ class Mitsuba:
             "aperture_offset",
         }
         | {"ggx", "dielectric", "emission", "normal_map"}
+        | {"sphere_light", "rect_light", "disk_light", "cylinder_light", "sun_light", "dome_light"}
     )
     install: str = "pip install notabug[mitsuba]"
 

@@ -69,7 +69,9 @@ def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str
     camera = job["camera"]
     parts: dict[str, Any] = {
         "type": "scene",
-        "light": light,
+        "light": {**light, "to_world": mi.ScalarTransform4f(np.array(light["to_world"]))}
+        if "to_world" in light
+        else light,
         "integrator": _integrator(job),
         "sensor": {
             **camera["lens"],
@@ -104,11 +106,12 @@ def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str
 
 
 def _integrator(job: dict[str, Any]) -> dict[str, Any]:
-    if job["integrator"] == "direct":
-        return {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
     if job["integrator"] == "albedo":
         return {"type": "aov", "aovs": "shown:albedo"}
-    return {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20}
+    hidden = {"hide_emitters": True} if job["hide_emitters"] else {}
+    if job["integrator"] == "direct":
+        return {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0, **hidden}
+    return {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20, **hidden}
 
 
 def _bsdf(mi: Any, look: dict[str, Any], textures: dict[str, Any], arrays: dict[str, Any]) -> Any:

@@ -5,6 +5,7 @@ What Mitsuba does, measured with 3.9.1, and what is written for it:
 - Camera: the USD matrix as column vectors with columns 0 and 2 negated; ``fov`` = 2 atan(tan_x) along x; pixels are
   square. An orthographic one sees -1 to 1 across; ``principal_point_offset`` is added to a place on the film.
 - Light: ``point`` takes the radiant intensity I, ``directional`` the irradiance at normal incidence; no factor.
+- Lights with a size: see ``mitsuba_lights.py``.
 - A mesh gets one vertex per face corner, so that normals and uv may differ between faces; v is flipped.
 - Lambert surfaces are Mitsuba's own ``diffuse`` under ``direct``. Whatever else there is needs the BSDF of
   ``mitsuba_bsdf.py``; where rays go on, all surfaces get it, since a ``diffuse`` one would send rays on as well.
@@ -40,6 +41,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Quality, UnsupportedError
+from notabug.adapters.mitsuba_lights import check_lights, with_size
 from notabug.adapters.spheres import centre_and_radius
 from notabug.adapters.textures import Grown, check_alone, grow, shown_uv
 from notabug.scenes_usd.scene import Camera, Light, Material, Preview, Scene, Sphere
@@ -62,12 +64,14 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str
     sends_on = any(any(each.mirror) or any(each.transmission) for each in shown.values())
     follows = sends_on or (transparent and not mask)
     centres = quality.samples == 1
+    sized = any(each.emitter is not None for each in scene.lights)
     if centres:
         for each in shown.values():
             _check_one_way(each)
     glows = any(_glows(each.preview) for each in shown.values())
     for each in shown.values():
         _check_opaque(each, follows=follows, glows=glows)
+    check_lights(scene, centres=centres, mirrors=sends_on)
     return {
         "width": scene.width,
         "height": scene.height,
@@ -79,7 +83,8 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str
         "looks": {str(index): _look(each, follows) for index, each in shown.items()},
         "camera": _camera(scene.camera, scene.width / scene.height),
         "glows": glows,
-        "lights": [_light(each) for each in scene.lights],
+        "lights": [_light(each, scene) for each in scene.lights],
+        "hide_emitters": sized,
         "textures": _textures(scene, arrays),
         "objects": [_object(scene, index, arrays) for index in range(len(scene.objects))],
     }, arrays
@@ -165,8 +170,10 @@ def _camera(camera: Camera, aspect: float) -> dict[str, Any]:
     return {**told, "lens": lens, "to_world": to_world.tolist()}
 
 
-def _light(light: Light) -> dict[str, Any]:
+def _light(light: Light, scene: Scene) -> dict[str, Any]:
     power = {"type": "rgb", "value": list(light.intensity)}
+    if light.emitter is not None:
+        return with_size(light, scene)
     if light.kind == "point":
         return {"type": "point", "position": list(light.position), "intensity": power}
     return {"type": "directional", "direction": list(light.direction), "irradiance": power}

@@ -131,6 +131,10 @@ SETTINGS = """def Scope "Render"
 PLAIN_LIGHT, PLAIN_CAMERA, PLAIN_SETTINGS = (text.replace("BODY", "") for text in (LIGHT, CAMERA, SETTINGS))
 
 
+def textured(kind: str) -> str:
+    return f'def {kind} "More"\n{{\nasset inputs:texture:file = @./sky.exr@\n}}\n'
+
+
 @dataclass(frozen=True, slots=True)
 class Feature:
     """A file with one feature: its parts, and whether it reads as it is, once adapted, or not."""
@@ -470,7 +474,7 @@ FEATURES = (
     Feature(
         "light",
         "sphere light with a radius",
-        "adapted",
+        "read",
         light=PLAIN_LIGHT.replace("bool treatAsPoint = 1", "float inputs:radius = 0.2"),
     ),
     Feature(
@@ -482,7 +486,7 @@ FEATURES = (
     Feature(
         "light",
         "distant light with the sun's angle",
-        "adapted",
+        "read",
         light='def DistantLight "Sun"\n{\nfloat inputs:intensity = 2\nbool inputs:normalize = 1\n}\n',
     ),
     Feature(
@@ -492,13 +496,25 @@ FEATURES = (
         light='def DistantLight "Sun"\n{\nfloat inputs:intensity = 2\nfloat inputs:angle = 0\n}\n',
     ),
     *(
-        Feature("light", kind, "adapted", light=f'{PLAIN_LIGHT}def {kind} "More"\n{{\n}}\n')
+        Feature("light", kind, "read", light=f'{PLAIN_LIGHT}def {kind} "More"\n{{\n}}\n')
         for kind in ("RectLight", "DiskLight", "CylinderLight", "DomeLight")
+    ),
+    *(
+        Feature("light", f"{kind} with a texture", "adapted", light=PLAIN_LIGHT + textured(kind))
+        for kind in ("RectLight", "DomeLight")
+    ),
+    Feature(
+        "light",
+        "rectangle, scaled and normalised, with its multipliers",
+        "read",
+        light='def RectLight "Light"\n{\nfloat inputs:intensity = 40\nbool inputs:normalize = 1\nfloat inputs:diffuse = 0.8\n'
+        "float inputs:specular = 0.5\ndouble3 xformOp:translate = (0, 0, 6)\nfloat3 xformOp:scale = (2, 3, 1)\n"
+        'uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]\n}\n',
     ),
     Feature(
         "light",
         "spot light",
-        "adapted",
+        "read",
         light=LIGHT.replace('"Light"', '"Light" (prepend apiSchemas = ["ShapingAPI"])').replace(
             "BODY", "float inputs:shaping:cone:angle = 30"
         ),

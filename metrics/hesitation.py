@@ -144,7 +144,8 @@ def _one_sample(found: Explanation, reference: Admissible, scene: Scene) -> tupl
     assert reference.sampled is not None
     low, high, variance = reference.sampled
     least, most = np.minimum(low, found.target.lo), np.maximum(high, found.target.hi)
-    bends = any(each.sends_on for each in scene.materials)
+    # a light with a size, too, is followed along one direction, and weighed by how likely that is
+    bends = any(each.sends_on for each in scene.materials) or any(each.emitter is not None for each in scene.lights)
     if len(scene.lights) > 1 or bends:
         most = max(1, len(scene.lights)) * (np.full_like(most, BRANCHES * float(most.max())) if bends else most)
         least = np.zeros_like(least)

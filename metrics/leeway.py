@@ -84,7 +84,9 @@ def _between(exact: Envelope, at: npt.NDArray[np.intp], x: Floats, y: Floats) ->
 
 def _moved(scene: Scene, light: Light, place: Floats, normal: Floats, depth: Floats) -> Floats:
     """By how many pixels (h, w, 2), right and down, what the light meets moves with a start that is raised."""
-    if light.kind == "distant":
+    if light.kind == "dome":
+        return np.zeros((*place.shape[:2], 2))
+    if light.kind in ("distant", "sun"):
         to = np.broadcast_to(-np.asarray(light.direction, np.float64), place.shape)
     else:
         to = np.asarray(light.position, np.float64) - place

@@ -34,6 +34,7 @@ def render(
     seed: int,
     into: Any,
     threads: int,
+    directions: int = 1,
 ) -> None: ...
 def trace(flat: Flat, origins: Array, directions: Array, threads: int = 0) -> tuple[Array, Array, Array]: ...
 def occluded(

@@ -1,13 +1,16 @@
-"""UsdLux lights to delta lights; whatever would make them soft, shaped or selective is refused."""
+"""UsdLux lights to Lights: points and distant ones, and those with a size; linking and light profiles are refused."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 from pxr import Usd, UsdLux
 
+from notabug.scenes_usd.emitters import area
 from notabug.scenes_usd.framing import bounds_of
 from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.reader_values import (
@@ -26,19 +29,17 @@ from notabug.scenes_usd.reader_values import (
     world_matrix,
 )
 from notabug.scenes_usd.reading import going_on, note, recovered, refuse
-from notabug.scenes_usd.scene import Floats, Light, Object, ShadowMap
+from notabug.scenes_usd.scene import Emitter, Floats, Light, Object, ShadowMap, Shaping
 
 _PLAIN = (  # attribute, its type, the only value the contract can say, where the schema's own fallback may differ
-    ("inputs:diffuse", "float", 1.0),
-    ("inputs:specular", "float", 1.0),
     ("inputs:shadow:enable", "bool", True),
     ("inputs:shadow:color", "color3f", (0.0, 0.0, 0.0)),
     ("inputs:shadow:distance", "float", -1.0),
-    ("inputs:shaping:focus", "float", 0.0),
 )
 PENUMBRA = 0.1  # pixels: a narrower penumbra cannot be told from an edge
 SHADED = 1e-3  # of the full irradiance: so far may a point in the light's place be off beside the terminator
 _MAP = "notabug:shadowMap:"
+_SHAPING = "inputs:shaping:"
 FINEST_MAP = 16384.0  # texels along an edge: what graphics hardware has
 _HORIZON = 2.0 / (3.0 * math.pi)  # irradiance of the half of a small disk that is above the horizon, over pi s^2, per s
 _BRIGHTEST = 1e30  # pictures are float32
@@ -51,8 +52,17 @@ _LINKS = (
 )
 
 
+def read_light(prim: Usd.Prim) -> Light:
+    """The light ``prim``; spheres and distant lights as if they had no size: see ``with_size``."""
+    if prim.IsA(UsdLux.SphereLight):
+        return read_point(prim)
+    if prim.IsA(UsdLux.DistantLight):
+        return read_distant(prim)
+    return read_shape(prim, str(prim.GetTypeName()).removesuffix("_1").removesuffix("Light").lower())
+
+
 def read_point(prim: Usd.Prim) -> Light:
-    """A SphereLight with treatAsPoint: radiant intensity I [W/sr].
+    """A SphereLight as a point: radiant intensity I [W/sr].
 
     normalize on: I = intensity * 2^exposure * color / 4 at any radius; off: that times pi r^2 without the 1/4.
     """
@@ -61,22 +71,26 @@ def read_point(prim: Usd.Prim) -> Light:
     radius = number(prim, "inputs:radius", 0.5, low=0.0)
     if value(prim, "inputs:normalize", "flag", False):
         factor = 0.25
-    else:
-        if not _is_rigid(matrix):
-            refuse(
-                fault(
-                    prim,
-                    "xformOpOrder",
-                    "a scaled sphere light has no defined area",
-                    do="author inputs:normalize = true",
-                    mends=_normalised(prim, matrix, radius),
-                )
-            )
+    elif _is_rigid(matrix):
         factor = math.pi * radius * radius
+    elif value(prim, "treatAsPoint", "flag", False):
+        factor = math.pi * radius * radius
+        refuse(
+            fault(
+                prim,
+                "xformOpOrder",
+                "a scaled sphere light that is a point has no defined area",
+                do="author inputs:normalize = true",
+                mends=_normalised(prim, matrix, radius),
+            )
+        )
+    else:  # a quarter of the surface is what is seen of it on the average
+        factor = 0.25 * area(_placed(prim, "sphere", matrix, radius)) if radius > 0.0 else 0.0
     x, y, z = matrix[3, :3].tolist()
-    return Light(
+    light = Light(
         str(prim.GetPath()), "point", _times(emitted, factor), position=(x, y, z), shadow_map=read_shadow_map(prim)
     )
+    return _selective(prim, light, matrix)
 
 
 def _normalised(prim: Usd.Prim, matrix: Floats, radius: float) -> tuple[Opinion, ...]:
@@ -87,8 +101,8 @@ def _normalised(prim: Usd.Prim, matrix: Floats, radius: float) -> tuple[Opinion,
     return said + opinion(prim, "inputs:intensity", "float", bright, "the light with the area of its world space")
 
 
-def check_size(prim: Usd.Prim, light: Light, objects: Sequence[Object], pixel: Callable[[Floats], Floats]) -> None:
-    """Refuse a light whose size a picture of ``objects`` would show; note one that is as good as a point.
+def with_size(prim: Usd.Prim, light: Light, objects: Sequence[Object], pixel: Callable[[Floats], Floats]) -> Light:
+    """``light`` with the size that ``prim`` gives it, or as it is where no picture of ``objects`` would show that.
 
     ``pixel`` is the world size of a pixel at places (n, 3). A light of the angular radius s, seen from the farthest
     receiver, softens an edge of a shadow over at most 2 s times the distance of blocker and receiver, which the
@@ -96,37 +110,115 @@ def check_size(prim: Usd.Prim, light: Light, objects: Sequence[Object], pixel: C
     where part of it is below the horizon.
     """
     if light.kind == "point":
-        name, kind = "treatAsPoint", "bool"
+        name = "treatAsPoint"
         if value(prim, name, "flag", False):
-            return
+            return light
         radius = number(prim, "inputs:radius", 0.5, low=0.0)
         size = radius * float(np.linalg.norm(world_matrix(prim)[:3, :3], axis=1).max())
-        what, got = "a sphere light with a size casts soft shadows", "false"
-    else:
-        name, kind = "inputs:angle", "float"
+    elif light.kind == "distant":
+        name = "inputs:angle"
         angle = number(prim, name, 0.53)
-        if same(angle, 0.0):
-            return
-        size = math.radians(angle) / 2.0
-        what, got = "a distant light with a size casts soft shadows", f"{angle:g}"
-    if objects and size > 0.0:
+        size = 0.0 if same(angle, 0.0) else math.radians(angle) / 2.0
+    else:
+        return light
+    if not size > 0.0:
+        return light
+    if objects:
         low, high = bounds_of(objects)
         corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+        apparent = size
         if light.kind == "point":
             nearest = float(np.linalg.norm(np.clip(light.position, low, high) - np.asarray(light.position)))
-            size = size / nearest if nearest > size else math.inf
-        softened = 2.0 * size * float(np.linalg.norm(high - low)) / float(pixel(corners).min())
-        if softened <= PENUMBRA and _HORIZON * size <= SHADED:
+            apparent = size / nearest if nearest > size else math.inf
+        softened = 2.0 * apparent * float(np.linalg.norm(high - low)) / float(pixel(corners).min())
+        if softened <= PENUMBRA and _HORIZON * apparent <= SHADED:
             note("approximated", where(prim, name), f"as a point: its penumbras are below {softened:.1g} pixel")
-            return
-    elif size == 0.0:
-        return
-    point = opinion(prim, name, kind, True if light.kind == "point" else 0.0)
-    if light.kind == "distant" and (factor := _cone(prim)) != 1.0:
-        dimmed = number(prim, "inputs:intensity", 1.0) * factor
-        point += opinion(prim, "inputs:intensity", "float", dimmed, "the irradiance of the light with its angle")
-    expected = "true" if light.kind == "point" else "0"
-    refuse(fault(prim, name, what, expected=expected, got=got, mends=point))
+            return light
+    return read_shape(prim, "sphere" if light.kind == "point" else "sun")
+
+
+def read_shape(prim: Usd.Prim, kind: str) -> Light:
+    """A light with a size of the ``kind`` that ``Light`` has: its radiance, and its shape in world space.
+
+    UsdLux: the radiance is intensity * 2^exposure * color, with normalize divided by ``emitters.area``; a dome's never.
+    """
+    matrix = recovered(lambda: world_matrix(prim), np.eye(4))
+    emitted = recovered(lambda: _emitted(prim), (1.0, 1.0, 1.0))
+    light = _placed(prim, kind, matrix, number(prim, "inputs:radius", 0.5, low=0.0))
+    emitter = light.emitter
+    assert emitter is not None
+    name = "inputs:texture:file"
+    if getattr(value(prim, name, "asset"), "path", ""):
+        none = opinion(prim, name, "asset", "")
+        refuse(fault(prim, name, "textures of lights are not supported", expected="a constant colour", mends=none))
+    normalized = kind != "dome" and bool(value(prim, "inputs:normalize", "flag", False))
+    exposure = number(prim, "inputs:exposure", 0.0, low=-1000.0, high=1000.0)
+    size = area(light)
+    if not size > 0.0:
+        gone = opinion(prim, "visibility", "token", "invisible")
+        raise fault(prim, "", "a light without an area", expected="a size above 0", do="make it invisible", mends=gone)
+    light = replace(
+        light,
+        intensity=_times(emitted, 1.0 / size if normalized else 1.0),
+        emitter=replace(emitter, normalized=normalized, exposure=exposure),
+    )
+    return _selective(prim, light, matrix)
+
+
+def _placed(prim: Usd.Prim, kind: str, matrix: Floats, radius: float) -> Light:
+    """The light's shape alone."""
+    scale = np.ones(3)
+    half = 0.0
+    if kind == "rect":
+        scale[0] = number(prim, "inputs:width", 1.0, low=0.0) / 2.0
+        scale[1] = number(prim, "inputs:height", 1.0, low=0.0) / 2.0
+    elif kind == "disk":
+        scale[:2] = radius
+    elif kind == "sphere":
+        scale[:] = radius
+    elif kind == "cylinder":
+        scale[:] = number(prim, "inputs:length", 1.0, low=0.0) / 2.0, radius, radius
+    elif kind == "sun":
+        half = min(math.radians(number(prim, "inputs:angle", 0.53, low=0.0)) / 2.0, math.pi)
+    axes = np.ascontiguousarray(matrix[:3, :3] * scale[:, None])
+    x, y, z = matrix[3, :3].tolist()
+    made = Light(str(prim.GetPath()), cast(Any, kind), (1.0, 1.0, 1.0), position=(x, y, z), emitter=Emitter(axes, half))
+    return replace(made, direction=_along(matrix))
+
+
+def _along(matrix: Floats) -> tuple[float, float, float]:
+    """Where the local -z axis points to."""
+    axis = -matrix[2, :3]
+    x, y, z = (axis / np.linalg.norm(axis) + 0.0).tolist()
+    return x, y, z
+
+
+def _selective(prim: Usd.Prim, light: Light, matrix: Floats) -> Light:
+    """``light`` with the multipliers of UsdLux LightAPI and the beam of its ShapingAPI."""
+    diffuse, specular = (number(prim, f"inputs:{name}", 1.0, low=0.0) for name in ("diffuse", "specular"))
+    shaping = _shaping(prim, light.kind)
+    if shaping is not None and light.kind == "point":
+        light = replace(light, direction=_along(matrix))
+    return replace(light, diffuse=diffuse, specular=specular, shaping=shaping)
+
+
+def _shaping(prim: Usd.Prim, kind: str) -> Shaping | None:
+    """The beam, or None where it changes nothing: rectangles and disks shine to one side only."""
+    cone = min(number(prim, f"{_SHAPING}cone:angle", 180.0, low=0.0), 180.0)
+    softness = min(max(number(prim, f"{_SHAPING}cone:softness", 0.0), 0.0), 1.0)
+    focus = max(number(prim, f"{_SHAPING}focus", 0.0), 0.0)
+    wide = 90.0 if kind in ("rect", "disk") else 180.0
+    if cone >= wide * (1.0 - ROUNDED) and (softness == 0.0 or not prim.HasAPI(UsdLux.ShapingAPI)) and focus == 0.0:
+        return None
+    black = (0.0, 0.0, 0.0)
+    found = value(prim, f"{_SHAPING}focusTint", "numbers", black)
+    tint = recovered(lambda: check_colour(prim, f"{_SHAPING}focusTint", found, high=math.inf), black)
+    if kind in ("dome", "distant", "sun"):
+        name = f"{_SHAPING}cone:angle"
+        wide_ = opinion(prim, name, "float", 180.0) + opinion(prim, f"{_SHAPING}focus", "float", 0.0)
+        refuse(fault(prim, name, "a light without a place has no beam", expected="no ShapingAPI", mends=wide_))
+        return None
+    return Shaping(cone, softness, focus, tint)
 
 
 def read_distant(prim: Usd.Prim) -> Light:
@@ -137,7 +229,8 @@ def read_distant(prim: Usd.Prim) -> Light:
     axis = -recovered(lambda: world_matrix(prim), np.eye(4))[2, :3]
     x, y, z = (axis / np.linalg.norm(axis) + 0.0).tolist()
     emitted = _times(recovered(lambda: _emitted(prim), (1.0, 1.0, 1.0)), _cone(prim))
-    return Light(str(prim.GetPath()), "distant", emitted, direction=(x, y, z), shadow_map=read_shadow_map(prim))
+    light = Light(str(prim.GetPath()), "distant", emitted, direction=(x, y, z), shadow_map=read_shadow_map(prim))
+    return _selective(prim, light, np.eye(4))
 
 
 def read_shadow_map(prim: Usd.Prim) -> ShadowMap | None:
@@ -158,15 +251,11 @@ def _cone(prim: Usd.Prim) -> float:
 
 
 def _emitted(prim: Usd.Prim) -> Colour:
-    """intensity * 2^exposure * color, after refusing all that a delta light cannot say."""
+    """intensity * 2^exposure * color, after refusing all that a light of the contract cannot say."""
     for name, kind, plain in _PLAIN:
         with going_on():
             found = read(prim, name, prim.GetAttribute(name))
             check_plain(prim, name, found, plain, "not supported", mends=opinion(prim, name, kind, plain))
-    name = "inputs:shaping:cone:angle"
-    if number(prim, name, 180.0) < 180.0 * (1.0 - ROUNDED):
-        wide = opinion(prim, name, "float", 180.0)
-        refuse(fault(prim, name, "spot lights are not supported", expected="no ShapingAPI", mends=wide))
     name = "inputs:shaping:ies:file"
     if getattr(value(prim, name, "asset"), "path", ""):
         none = opinion(prim, name, "asset", "")

@@ -9,7 +9,7 @@ from pxr import Usd, UsdGeom, UsdShade, UsdSkel
 from notabug.scenes_usd.reader_values import value
 from notabug.scenes_usd.reading import view
 
-LIGHTS = ("SphereLight", "DistantLight")
+LIGHTS = ("SphereLight", "DistantLight", "RectLight", "DiskLight", "CylinderLight", "DomeLight", "DomeLight_1")
 _DRAWN_AS_NOTHING = ("", "Xform", "Scope", "Camera", "SkelRoot")  # and whatever is registered but not imageable
 
 

@@ -14,7 +14,7 @@ from notabug.scenes_usd.fence import check_opened, layers_of
 from notabug.scenes_usd.framing import camera_for
 from notabug.scenes_usd.reader_camera import Picture, find_settings, read_picture
 from notabug.scenes_usd.reader_choice import check_frame, choose, open_stage
-from notabug.scenes_usd.reader_light import check_size, read_distant, read_point
+from notabug.scenes_usd.reader_light import read_light, with_size
 from notabug.scenes_usd.reader_objects import Drawing
 from notabug.scenes_usd.reader_pixel import PixelGrid
 from notabug.scenes_usd.reader_prims import LIGHTS, not_read, visible
@@ -102,10 +102,9 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str], over: Sd
         if drawing.draws(prim):
             with going_on():
                 drawing.add(prim)
-        elif prim.IsA(UsdLux.SphereLight) or prim.IsA(UsdLux.DistantLight):
-            read = read_point if prim.IsA(UsdLux.SphereLight) else read_distant
+        elif str(prim.GetTypeName()) in LIGHTS:
             with going_on():
-                lights.append((prim, read(prim)))
+                lights.append((prim, read_light(prim)))
         else:
             with going_on():
                 _pass_over(prim)
@@ -119,9 +118,7 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str], over: Sd
     if camera is None and objects:
         camera = camera_for(objects, picture.width, picture.height, up=str(UsdGeom.GetStageUpAxis(stage)))
         grid = replace(grid, camera=camera)
-    for prim, light in lights:
-        with going_on():
-            check_size(prim, light, objects, grid)
+    shining = [recovered(lambda: with_size(prim, light, objects, grid), light) for prim, light in lights]  # noqa: B023
     intent = recovered(lambda: _intent(stage, root, card.intent, drawing), None)
     if camera is None:
         raise SceneError("no camera, and nothing to see", where=str(root.GetPath()))
@@ -134,7 +131,7 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str], over: Sd
         width=picture.width,
         height=picture.height,
         objects=tuple(objects),
-        lights=tuple(light for _, light in lights),
+        lights=tuple(shining),
         materials=tuple(drawing.materials.found),
         textures=tuple(drawing.textures.found),
         intent=intent,

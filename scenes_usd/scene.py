@@ -185,19 +185,68 @@ class ShadowMap:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Emitter:
+    """What gives a light its size: a unit shape whose axes are the rows of ``axes`` (3, 3) in world space.
+
+    ``sphere``: the ball of radius 1. ``rect``: |x|, |y| <= 1 at z = 0, and ``disk``: x^2 + y^2 <= 1 at z = 0, both to
+    the side of -z only. ``cylinder``: y^2 + z^2 = 1, |x| <= 1, outward, without its ends. ``sun``: the directions within
+    ``half_angle`` (radians) of the light's. ``dome``: every direction; ``texture`` is an index into Scene.textures of a
+    latitude-longitude picture that multiplies the radiance, or -1.
+
+    ``normalized`` and ``exposure`` are what the file says; the light's radiance has both in it already.
+    """
+
+    axes: Floats = field(default_factory=lambda: np.eye(3))
+    half_angle: float = 0.0
+    texture: int = -1
+    normalized: bool = False
+    exposure: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Shaping:
+    """A beam about a light's direction, as UsdLux ShapingAPI has it: ``cone`` is in degrees, beyond it nothing shines.
+
+    Within it the radiance is multiplied by 1 - smoothstep of the angle from (1 - softness) cone to cone, and by
+    lerp(tint, 1; |cosine|^focus).
+    """
+
+    cone: float = 180.0
+    softness: float = 0.0
+    focus: float = 0.0
+    tint: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+DELTA = ("point", "distant")  # the kinds of light without a size
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Light:
-    """A delta light.
+    """A light, of which direct light only is drawn: it is no geometry, no ray sees it, and it casts no shadow.
 
     ``point``: at ``position`` with radiant ``intensity`` [W/sr] per channel: E = intensity / d^2.
     ``distant``: shining along unit ``direction`` with irradiance ``intensity`` [W/m^2] at normal incidence.
+    Of every other kind ``intensity`` is the radiance [W/m^2/sr] that each of its points sends in each direction, and
+    ``emitter`` its shape about ``position``; see ``Emitter``.
+
+    ``diffuse`` and ``specular`` multiply what diffuse surfaces and highlights make of it; ``shaping`` is a beam.
     """
 
     path: str
-    kind: Literal["point", "distant"]
+    kind: Literal["point", "distant", "sphere", "rect", "disk", "cylinder", "sun", "dome"]
     intensity: tuple[float, float, float]
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
     shadow_map: ShadowMap | None = field(default=None, metadata={"left out": None})
+    emitter: Emitter | None = field(default=None, metadata={"left out": None})
+    diffuse: float = field(default=1.0, metadata={"left out": 1.0})
+    specular: float = field(default=1.0, metadata={"left out": 1.0})
+    shaping: Shaping | None = field(default=None, metadata={"left out": None})
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is a point or distant light, shines alike in every direction, and on everything alike."""
+        return self.emitter is None and self.diffuse == self.specular == 1.0 and self.shaping is None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from notabug.scenes_usd.emitters import turned
 from notabug.scenes_usd.scene import Camera, Floats, Light, Mesh, Object, Scene
 
 
@@ -70,8 +71,11 @@ def _light(light: Light, matrix: Floats, turn: Floats, scale: float) -> Light:
         x, y, z = (np.asarray(light.direction) @ turn).tolist()
         return replace(light, direction=(x, y, z))
     x, y, z = (np.asarray(light.position) @ matrix[:3, :3] + matrix[3, :3]).tolist()
+    if light.emitter is not None:  # a radiance is the same at every scale
+        return replace(turned(light, matrix[:3, :3]), position=(x, y, z))
     r, g, b = light.intensity
-    return replace(light, position=(x, y, z), intensity=(r * scale**2, g * scale**2, b * scale**2))
+    moved = replace(light, position=(x, y, z), intensity=(r * scale**2, g * scale**2, b * scale**2))
+    return moved if light.shaping is None else turned(moved, turn)
 
 
 def _object(each: Object, matrix: Floats, turn: Floats) -> Object:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -10,11 +11,12 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, Vt
 
+from notabug.scenes_usd.emitters import area
 from notabug.scenes_usd.lens import write_lens
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader_inputs import PREVIEW
 from notabug.scenes_usd.reader_shading import CONTEXT, REFLECTION
-from notabug.scenes_usd.scene import Floats, Light, Material, Mesh, Object, Preview, Scene, Sphere, Texture
+from notabug.scenes_usd.scene import Emitter, Floats, Light, Material, Mesh, Object, Preview, Scene, Sphere, Texture
 
 _EXACT = 1e-14  # of the largest coordinate: two roundings of the way into the frame and back
 
@@ -88,6 +90,43 @@ def _place(prim: Any, matrix: Floats) -> None:
 
 
 def _light(stage: Usd.Stage, light: Light) -> None:
+    made = _delta(stage, light) if light.emitter is None else _with_size(stage, light, light.emitter)
+    for name in ("diffuse", "specular"):
+        if (said := getattr(light, name)) != 1.0:
+            UsdLux.LightAPI(made).GetPrim().GetAttribute(f"inputs:{name}").Set(said)
+    if light.shaping is not None:
+        beam = UsdLux.ShapingAPI.Apply(made.GetPrim())
+        beam.CreateShapingConeAngleAttr(light.shaping.cone)
+        beam.CreateShapingConeSoftnessAttr(light.shaping.softness)
+        beam.CreateShapingFocusAttr(light.shaping.focus)
+        beam.CreateShapingFocusTintAttr(Gf.Vec3f(*light.shaping.tint))
+
+
+def _with_size(stage: Usd.Stage, light: Light, emitter: Emitter) -> Any:
+    """A light with a size: its shape's axes are the matrix, so that every size is 1 there."""
+    schema = {"sphere": UsdLux.SphereLight, "rect": UsdLux.RectLight, "disk": UsdLux.DiskLight}
+    schema |= {"cylinder": UsdLux.CylinderLight, "sun": UsdLux.DistantLight, "dome": UsdLux.DomeLight}
+    made = schema[light.kind].Define(stage, light.path)
+    matrix = np.eye(4)
+    matrix[:3, :3] = _looking(light) if light.kind == "sun" else emitter.axes
+    matrix[3, :3] = light.position
+    _place(made, matrix)
+    sizes = {"rect": {"width": 2.0, "height": 2.0}, "cylinder": {"length": 2.0, "radius": 1.0}}
+    sizes |= {"sphere": {"radius": 1.0}, "disk": {"radius": 1.0}}
+    sizes |= {"sun": {"angle": 2.0 * math.degrees(emitter.half_angle)}}
+    for name, said in sizes.get(light.kind, {}).items():
+        made.GetPrim().GetAttribute(f"inputs:{name}").Set(said)
+    factor = (area(light) if emitter.normalized else 1.0) / 2.0**emitter.exposure
+    peak = max(light.intensity) or 1.0
+    made.CreateIntensityAttr(peak * factor)
+    made.CreateNormalizeAttr(emitter.normalized)
+    made.CreateExposureAttr(emitter.exposure)
+    if len(set(light.intensity)) > 1:
+        made.CreateColorAttr(Gf.Vec3f(*(each / peak for each in light.intensity)))
+    return made
+
+
+def _delta(stage: Usd.Stage, light: Light) -> Any:
     factor = 4.0 if light.kind == "point" else 1.0  # UsdLux: a normalised sphere light has I = intensity / 4
     peak = max(light.intensity) or 1.0
     matrix = np.eye(4)
@@ -95,14 +134,13 @@ def _light(stage: Usd.Stage, light: Light) -> None:
         made: Any = UsdLux.SphereLight.Define(stage, light.path)
         made.CreateNormalizeAttr(True)
         made.CreateTreatAsPointAttr(True)
+        if light.shaping is not None:
+            matrix[:3, :3] = _looking(light)
         matrix[3, :3] = light.position
     else:
         made = UsdLux.DistantLight.Define(stage, light.path)
         made.CreateAngleAttr(0.0)
-        z = -np.asarray(light.direction)
-        x = np.cross(np.eye(3)[np.abs(z).argmin()], z)
-        x /= np.linalg.norm(x)
-        matrix[:3, :3] = x, np.cross(z, x), z
+        matrix[:3, :3] = _looking(light)
     made.CreateIntensityAttr(peak * factor)
     if len(set(light.intensity)) > 1:
         made.CreateColorAttr(Gf.Vec3f(*(each / peak for each in light.intensity)))
@@ -115,6 +153,15 @@ def _light(stage: Usd.Stage, light: Light) -> None:
         ):
             made.GetPrim().CreateAttribute(f"notabug:shadowMap:{name}", kind).Set(value)
     _place(made, matrix)
+    return made
+
+
+def _looking(light: Light) -> Floats:
+    """Axes (3, 3) whose -z is the light's direction."""
+    z = -np.asarray(light.direction)
+    x = np.cross(np.eye(3)[np.abs(z).argmin()], z)
+    x /= np.linalg.norm(x)
+    return np.array([x, np.cross(z, x), z])
 
 
 def _material(stage: Usd.Stage, material: Material, files: list[tuple[str, Texture]]) -> None:

@@ -72,7 +72,7 @@ def moved(draw: int) -> Edit:
 
         def light(each: Light) -> Light:
             x, y, z = shifted(np.array(each.position)).tolist()
-            return replace(each, position=(x, y, z)) if each.kind == "point" else each
+            return replace(each, position=(x, y, z)) if each.kind not in ("distant", "sun", "dome") else each
 
         drawn = edit_meshes(scene, lambda mesh: replace(mesh, points=shifted(mesh.points)))
         objects = tuple(

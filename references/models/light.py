@@ -9,9 +9,11 @@ import numpy as np
 
 from notabug.references.models.geometry import UP_AXES
 from notabug.references.models.model import Edit, Model, in_strengths
+from notabug.scenes_usd.emitters import turned
 from notabug.scenes_usd.scene import Floats, Light, Scene
 
 GAIN = 1.05
+FAR = ("distant", "sun")  # lights that have a direction and no place
 _USD = "UsdLux: intensity, exposure and normalize"
 
 
@@ -38,7 +40,7 @@ def models(scene: Scene) -> Iterator[Model]:
         )
     jointly = _moved_jointly(scene)
     for index, light in enumerate(scene.lights):
-        for axis in range(3):
+        for axis in range(3 if light.kind != "dome" else 0):
             model = in_strengths(
                 lambda strength, index=index, axis=axis, light=light: _fault(  # type: ignore[misc]
                     "light_moved",
@@ -47,16 +49,17 @@ def models(scene: Scene) -> Iterator[Model]:
                 ),
                 0.02,
             )
-            yield replace(model, jointly=jointly, axes=3 * len(scene.lights))
+            alone = all(each.kind != "dome" for each in scene.lights)
+            yield replace(model, jointly=jointly, axes=3 * len(scene.lights)) if alone else model
         if len(scene.lights) > 1:
             yield _fault("light_missing", f"{light.path} is missing", _dropped(index))
-    placed = {"distant": "directions", "point": "positions"}
-    turned: list[tuple[str, str]] = [(kind, placed[kind]) for kind in sorted({each.kind for each in scene.lights})]
-    for kind, what in turned:
+    kinds = sorted({each.kind for each in scene.lights} - {"dome"})  # whose directions are all alike
+    turns: list[tuple[str, str]] = [(kind, "directions" if kind in FAR else "positions") for kind in kinds]
+    for kind, what in turns:
         yield _fault("light_negated", f"the {what} of {kind} lights have the wrong sign", _every(_negated(kind)))
-    if len(turned) > 1:
-        turned.append(("", "positions and directions"))
-    for kind, what in turned:
+    if len(turns) > 1:
+        turns.append(("", "positions and directions"))
+    for kind, what in turns:
         for turn, how in UP_AXES:
             claim = f"the {what} of {kind or 'all'} lights have y and z exchanged{how}"
             yield _fault("light_up_axis", claim, _every(_turned(kind, turn)))
@@ -148,7 +151,9 @@ def moved_by(scene: Scene, step: Floats) -> Callable[[Light], Light]:
     middle = np.mean(points, axis=0) if points else np.zeros(3)
 
     def change(light: Light) -> Light:
-        if light.kind == "distant":
+        if light.kind == "dome":
+            return light
+        if light.kind in FAR:
             direction = np.array(light.direction) - step
             return replace(light, direction=_tuple(direction / np.linalg.norm(direction)))
         position = np.array(light.position)
@@ -173,6 +178,8 @@ def _turned(kind: str, turn: Floats) -> Callable[[Light], Light]:
         if kind not in ("", light.kind):
             return light
         position, direction = np.array(light.position) @ turn, np.array(light.direction) @ turn
+        if light.emitter is not None:
+            light = turned(light, turn)
         return replace(light, position=_tuple(position), direction=_tuple(direction))
 
     return change

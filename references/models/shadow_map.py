@@ -52,7 +52,9 @@ class Settings:
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with lights and something to be hit, for renderers that declare shadow maps."""
-    if not scene.lights or not scene.objects:
+    if (
+        all(each.emitter is not None for each in scene.lights) or not scene.objects
+    ):  # a map is of a point, or of one way
         return
     said = settings(scene)
     for each, reach in REACH.items():

@@ -86,6 +86,12 @@ Scene<T> scene_of(const py::handle& flat) {
     const auto lights = field<T, Light<T>>(flat, "light");
     scene.light = lights.data;
     scene.lights = lights.count;
+    if (const py::object emitters = flat.attr("emitters"); !emitters.is_none()) {
+        scene.emitter = rows<T, Emitter<T>>(emitters, "emitters").data;
+        if (rows<T, Emitter<T>>(emitters, "emitters").count != lights.count)
+            throw py::value_error("emitters: not as many as there are lights");
+        if (flat.attr("secondary").is_none()) throw py::value_error("emitters: expected coefficients beside them");
+    }
     scene.camera = *field_of<T, Camera<T>>(flat, "camera", 1);
     scene.radius = flat.attr("radius").cast<T>();
     if (const py::object quads = flat.attr("quads"); !quads.is_none()) {

@@ -25,7 +25,7 @@ void render_as(const py::handle& flat, const Options& option, std::int64_t width
 
 void render_film(const py::object& flat, const py::object& options, std::int64_t width, std::int64_t height,
                  const py::object& pixels, std::int64_t grid, std::int64_t samples, std::uint64_t seed,
-                 const py::object& into, int threads) {
+                 const py::object& into, int threads, std::int64_t directions) {
     const auto size = width * height;
     const auto colours = [&](const char* name) {
         const auto found = field<double>(into, name, true);
@@ -43,7 +43,7 @@ void render_film(const py::object& flat, const py::object& options, std::int64_t
     for (std::int64_t i = 0; i < chosen.count; ++i) {
         if (chosen.data[i] < 0 || chosen.data[i] >= size) throw py::value_error("pixels: outside the picture");
     }
-    const Pattern pattern{grid, grid > 0 ? grid * grid : samples, seed};
+    const Pattern pattern{grid, grid > 0 ? grid * grid : samples, seed, directions};
     const auto as = is_single(flat) ? render_as<float> : render_as<double>;
     as(flat, options_of(options), width, height, chosen, pattern, film, threads);
 }
@@ -264,7 +264,7 @@ PYBIND11_MODULE(_native, m) {
     m.attr("STACK") = stack_size;
     m.def("render", &render_film, py::arg("flat"), py::arg("options"), py::arg("width"), py::arg("height"),
           py::arg("pixels"), py::arg("grid"), py::arg("samples"), py::arg("seed"), py::arg("into"),
-          py::arg("threads"));
+          py::arg("threads"), py::arg("directions") = 1);
     m.def("trace", &trace_rays, py::arg("flat"), py::arg("origins"), py::arg("directions"), py::arg("threads") = 0);
     m.def("occluded", [](const py::object& flat, const py::object& origins, const py::object& directions,
                          const py::object& distances, int threads) {

@@ -23,9 +23,12 @@ struct Film {
 
 // Where the samples of a pixel lie: a regular grid x grid (grid > 0), the lattice whose generator is -grid (see
 // envelope.lattice), or uniformly random positions drawn from `seed` (0).
+//
+// Towards each light with a size go `directions` from each sample.
 struct Pattern {
     std::int64_t grid, samples;
     std::uint64_t seed;
+    std::int64_t directions = 1;
 };
 
 // A uniform number in [0, 1) from a counter (splitmix64; Steele, Lea and Flood 2014, "Fast splittable pseudorandom number
@@ -63,6 +66,17 @@ inline Place<T> place_of(const Pattern& pattern, std::int64_t pixel, std::int64_
             static_cast<T>(uniform(number, sample, pattern.seed, 1))};
 }
 
+// By how much the lattice of a sample's directions to lights is moved: evenly over the samples of a pixel, with the
+// additive recurrence whose ratios are the powers of the plastic number's inverse (Roberts 2018), from a random start.
+// So the samples' errors differ, and the scatter of the samples tells them.
+inline Unit<double> shift_of(const Pattern& pattern, std::int64_t pixel, std::int64_t s) {
+    const auto number = static_cast<std::uint64_t>(pixel), sample = static_cast<std::uint64_t>(s);
+    if (pattern.grid == 0)
+        return {uniform(number, sample, pattern.seed, 2), uniform(number, sample, pattern.seed, 3)};
+    const double step = static_cast<double>(s);
+    return {uniform(number, 0, 0, 2) + 0.7548776662466927 * step, uniform(number, 0, 0, 3) + 0.5698402909980532 * step};
+}
+
 // The camera's ray through raster position (x, y), y down, and its near and far limits.
 template <class T>
 struct CameraRay {
@@ -89,7 +103,7 @@ inline HalfPixel<T> half_pixel(const Camera<T>& camera, std::int64_t width) {
 }
 
 template <class Tracer, class T>
-void render_pixel(const Tracer& tracer, const Camera<T>& camera, std::int64_t width, std::int64_t height,
+void render_pixel(const Tracer& given, const Camera<T>& camera, std::int64_t width, std::int64_t height,
                   std::int64_t pixel, const Pattern& pattern, const Film& film) {
     const std::int64_t row = pixel / width, column = pixel % width, samples = pattern.samples;
     double sum[3] = {}, squares[3] = {};
@@ -97,6 +111,9 @@ void render_pixel(const Tracer& tracer, const Camera<T>& camera, std::int64_t wi
     double* hi = film.hi + 3 * pixel;
     std::int64_t first = 0, last = 0, excuses = 0, asked = 0;
     std::uint8_t differ = 0;
+    Tracer tracer = given;
+    tracer.cubature.points = pattern.directions;
+    std::uint64_t hidden = 0, open = 0;
     Estimate estimate(pattern.grid, samples);
     // halfway between two samples that see other objects, `a` and `b`: to what lies hidden at their border
     Place<T> a{}, b{}, before{};
@@ -105,6 +122,7 @@ void render_pixel(const Tracer& tracer, const Camera<T>& camera, std::int64_t wi
         const Place<T> here = s >= samples ? Place<T>{(a.x + b.x) * T(0.5), (a.y + b.y) * T(0.5)}
                                            : place_of<T>(pattern, pixel, s);
         const auto through = camera_ray(camera, static_cast<T>(column) + here.x, static_cast<T>(row) + here.y, width, height);
+        if constexpr (Tracer::sized) tracer.cubature.shift = shift_of(pattern, pixel, s);
         const Radiance<T> found = tracer.along(through.ray, through.near, through.far);
         const Vec3<double> colour = widened(found.colour);
         const double value[3] = {colour.x, colour.y, colour.z};
@@ -130,6 +148,10 @@ void render_pixel(const Tracer& tracer, const Camera<T>& camera, std::int64_t wi
             continue;
         }
         if (found.id != first) differ |= 1;
+        if constexpr (Tracer::sized) {
+            hidden |= found.hidden, open |= found.open;
+            if (hidden & open) differ |= 2;  // all of a penumbra within the pixel: an edge
+        }
         if (found.id != last && same_seen(last)) differ |= 2;
         if (pattern.grid < 0 && asked == 0 && !same_seen(last)) {
             asked = probes;

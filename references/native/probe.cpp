@@ -8,6 +8,8 @@ static const Coefficients<double>* opaque(std::vector<Coefficients<double>>& mad
     return made.data();
 }
 
+constexpr std::int64_t told_directions = 987;  // to each light with a size
+
 Record<double, Everything> probe(const Scene<double>& scene, const Options& option, std::int64_t width,
                                  std::int64_t height, double x, double y) {
     std::vector<Coefficients<double>> made;
@@ -15,7 +17,8 @@ Record<double, Everything> probe(const Scene<double>& scene, const Options& opti
     if (!scene.secondary) whole_scene.secondary = opaque(made, scene.materials);
     Record<double, Everything> record;
     const Whitted<double, Everything, Record<double, Everything>> tracer{whole_scene, option,
-                                                                        half_pixel(scene.camera, width), record};
+                                                                        half_pixel(scene.camera, width), record,
+                                                                        Cubature{told_directions, {0, 0}}};
     const auto through = camera_ray(scene.camera, x, y, width, height);
     tracer.along(through.ray, through.near, through.far);
     return record;

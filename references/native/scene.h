@@ -24,6 +24,22 @@ struct Light {
     Vec3<T> intensity;
 };
 
+// What a light has beside its Light: size, beam and multipliers, see emitter.h.
+template <class T>
+struct Emitter {
+    T shape;              // a Shape
+    T diffuse, specular;  // what they are multiplied by
+    T shaped;             // 1 where it shines in a beam
+    T cone, begin;        // radians: where the beam ends, where it begins to fade
+    T focus;
+    Vec3<T> tint;
+    T area, volume;  // of a flat shape; the determinant of x, y, z
+    T spread;        // 1 - the cosine of half a sun's angle
+    Vec3<T> centre, axis, normal;
+    Vec3<T> x, y, z;           // of the shape, in world space
+    Vec3<T> to_x, to_y, to_z;  // their inverse: local x is to_x . p
+};
+
 template <class T>
 struct Camera {
     // across and up times the tangents of half the angles of view, or where rays are parallel half of what is seen
@@ -168,6 +184,7 @@ struct Scene {
     const std::int32_t* texture = nullptr;   // of each material, or -1
     std::int64_t lights = 0;
     const Light<T>* light = nullptr;
+    const Emitter<T>* emitter = nullptr;  // of each light, where any has a size, a beam or a multiplier
     Camera<T> camera{};
     T radius = 0;  // of the whole scene, for error bounds
 
@@ -180,11 +197,12 @@ struct Scene {
 };
 
 // What a scene has, known when this is compiled: what it lacks then costs nothing.
-template <bool has_spheres, bool has_secondary, bool has_previews = false>
+template <bool has_spheres, bool has_secondary, bool has_previews = false, bool has_emitters = false>
 struct Features {
     static constexpr bool spheres = has_spheres;
     static constexpr bool secondary = has_secondary;
     static constexpr bool previews = has_previews;
+    static constexpr bool emitters = has_emitters;
 };
 
 }  // namespace notabug

@@ -12,7 +12,9 @@ void render(const Scene<T>& scene, const Options& option, std::int64_t width, st
         using F = decltype(features);
         render_pixels<T, F>(scene, option, width, height, pixels, count, pattern, film, threads);
     };
-    if (scene.previews.surface) {  // such scenes have coefficients too
+    if (scene.emitter) {
+        with(Features<true, true, true, true>{});
+    } else if (scene.previews.surface) {  // such scenes have coefficients too
         with(Features<true, true, true>{});
     } else if (scene.spheres.count) {
         scene.secondary ? with(Features<true, true>{}) : with(Features<true, false>{});

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.references import _native
+from notabug.references.tracer.emitters import CENTRE_DIRECTIONS, DIRECTIONS
 from notabug.references.tracer.flatten import Flat, flatten
 from notabug.references.tracer.precision import CORNER, MOST, SLANTED, around, asked, bends, steps
 from notabug.scenes_usd.scene import Scene
@@ -195,9 +196,9 @@ def _pass(
     threads: int = 0,
 ) -> None:
     """Render ``pixels`` with all threads; every pixel is computed alike whatever their number."""
-    _native.render(
-        flat, options.for_scene(scene), scene.width, scene.height, pixels, grid, samples, seed, into, threads
-    )
+    directions = CENTRE_DIRECTIONS if grid == 1 else DIRECTIONS
+    how = grid, samples, seed
+    _native.render(flat, options.for_scene(scene), scene.width, scene.height, pixels, *how, into, threads, directions)
 
 
 def lattice(samples: int) -> int:

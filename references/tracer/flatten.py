@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.references.tracer import bvh
+from notabug.references.tracer.emitters import emitters
 from notabug.scenes_usd.faces import patches, shapes
 from notabug.scenes_usd.scene import Mesh, Object, Preview, Scene
 from notabug.scenes_usd.triangulate import Triangles, triangulate
@@ -82,7 +83,8 @@ class Flat(NamedTuple):
     material: Array  # (objects,)
     diffuse: Array  # (m, 3)
     texture: Array  # (m,) or -1
-    light: Array  # (lights, 7): 0 point | 1 distant, position or direction, intensity
+    light: Array  # (lights, 7): 0 with a place | 1 without, position or direction, intensity or radiance
+    emitters: Array | None  # (lights, 41) where any has a size, a beam or a multiplier: Emitter of native/scene.h
     camera: Array  # (17,): origin, x axis * tan_x, y axis * tan_y, -z axis, near, far, shift_x, shift_y, orthographic
     radius: Any  # of the whole scene, a scalar of the arrays' precision, for error bounds
     quads: Quads | None
@@ -199,6 +201,7 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
         diffuse=real([each.diffuse for each in materials]).reshape(-1, 3),
         texture=np.array([each.texture for each in materials], np.int32),
         light=real([_light(each) for each in scene.lights]).reshape(-1, 7),
+        emitters=emitters(scene.lights, np.dtype(dtype)),
         camera=real(_camera(scene)),
         radius=np.dtype(dtype).type(max(reach)),
         textures=_textures(scene, real),
@@ -235,8 +238,8 @@ def _joined(parts: list[Any], order: Array, dtype: npt.DTypeLike) -> Array:
 
 
 def _light(light: Any) -> tuple[float, ...]:
-    place = light.position if light.kind == "point" else light.direction
-    return (0.0 if light.kind == "point" else 1.0, *place, *light.intensity)
+    far = light.kind in ("distant", "sun", "dome")
+    return (float(far), *(light.direction if far else light.position), *light.intensity)
 
 
 def _camera(scene: Scene) -> npt.NDArray[np.float64]:
@@ -313,7 +316,7 @@ def _lobes(scene: Scene, real: Any) -> Lobes | None:
 def _secondary(scene: Scene, real: Any) -> Secondary | None:
     rows = [(each.opacity, *each.mirror, *each.transmission, each.ior) for each in scene.materials]
     plain = all(row[0] == 1.0 and not any(row[1:7]) for row in rows)
-    if plain and all(each.preview is None for each in scene.materials):
+    if plain and all(each.preview is None for each in scene.materials) and all(each.is_plain for each in scene.lights):
         return None
     return Secondary(real(rows))
 

@@ -82,7 +82,7 @@ def test_a_renderer_without_its_surfaces_says_so(name: str, exported: Path, tmp_
 def light_moved(scene: Scene) -> Scene:
     def moved(light: Light) -> Light:
         x, y, z = light.position
-        return replace(light, position=(x + 1.5, y, z)) if light.kind == "point" else light
+        return replace(light, position=(x + 1.5, y, z)) if light.kind in ("point", "sphere") else light
 
     return replace(scene, lights=tuple(moved(light) for light in scene.lights))
 

@@ -16,7 +16,7 @@ from notabug.references.predict import configured, predict
 from notabug.references.tracer.envelope import Options, trace_picture
 from notabug.scenes_usd import catalogue
 from notabug.scenes_usd.reader import read_scene
-from notabug.scenes_usd.scene import Material, Scene, Texture
+from notabug.scenes_usd.scene import Emitter, Light, Material, Scene, Shaping, Texture
 
 ANYWHERE = {"geometry_mirrored", "camera_moved", "field_of_view", "aspect"}
 LIGHT = ANYWHERE | {
@@ -27,6 +27,10 @@ LIGHT = ANYWHERE | {
 }  # fmt: skip
 FACES = {"subpixel_grid", "face_missing", "cracks"}  # of meshes; a single triangle has no cracks
 POINT = {"falloff_linear", "falloff_none", "shadow_ray_unbounded", "albedo"}  # a point light, and a plain colour
+SIZED = {  # a light with a size, exposure, beam and multipliers
+    "light_size_ignored", "light_size", "normalize_ignored", "exposure_ignored", "cone_ignored",
+    "light_multiplier_ignored",
+}  # fmt: skip
 SEVERAL = {  # objects
     "coincident_surfaces", "another_wins", "colour_of_neither", "hole", "loser_wins",
     "object_missing", "materials_exchanged",
@@ -75,6 +79,19 @@ def test_models_follow_from_what_a_scene_holds(make: Any, ball: Scene) -> None:
     assert names(replace(ball, lights=())) == ANYWHERE | SEVERAL | FACES
     plain = make.scene([make.rectangle()], [make.point((0, 0, 1))], ball.camera)
     assert names(plain) == LIGHT | POINT | MESHES | FACES
+
+
+def test_models_of_lights_with_a_size(make: Any, ball: Scene) -> None:
+    emitter = Emitter(np.eye(3), exposure=2.0)
+    rest = {"diffuse": 0.5, "shaping": Shaping(cone=40.0)}
+    sized = Light("/Light", "disk", (1.0, 1.0, 1.0), position=(0.0, 0.0, 3.0), emitter=emitter, **rest)
+    found = names(make.scene([make.rectangle()], [sized], ball.camera))
+    maps = {each for each in LIGHT if each.startswith("shadow_map") or each == "shadow_bias_negated"}
+    assert found == (LIGHT - maps) | SIZED | MESHES | FACES | {"albedo"}
+    dome = Light("/Light", "dome", (1.0, 1.0, 1.0), emitter=Emitter())
+    placed = {"light_moved", "light_negated", "light_up_axis"}
+    found = names(make.scene([make.rectangle()], [dome], ball.camera))
+    assert found == LIGHT - maps - placed | MESHES | FACES | {"albedo"}
 
 
 @pytest.mark.parametrize(

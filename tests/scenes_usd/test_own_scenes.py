@@ -234,38 +234,84 @@ def test_a_small_light_is_a_point_and_says_so(files: dict[str, Path]) -> None:
     assert luminance == pytest.approx(60 / 4 * 2, rel=1e-3), "its exposure doubles it, its colour changes no luminance"
 
 
-def test_adapting_keeps_the_light_of_what_it_makes_a_point(files: dict[str, Path], tmp_path: Path) -> None:
-    text = files["distant light with the sun's angle"].read_text("utf-8").replace("bool inputs:normalize = 1", "")
-    path = tmp_path / "sun.usda"
-    path.write_text(text, "utf-8")
-    made = adapt(path, tmp_path / "own.usda", {}, View())
-    assert made.survey.scene is not None
-    (sun,) = made.survey.scene.lights
-    assert sun.intensity[0] == pytest.approx(2 * np.pi * np.sin(np.radians(0.53 / 2)) ** 2, rel=1e-5)
+def test_lights_with_a_size_have_usdluxs_radiance(files: dict[str, Path], tmp_path: Path) -> None:
+    """LightAPI: intensity * 2^exposure * color in nits, with normalize over the area in world space."""
+    sun = read(files, "distant light with the sun's angle").lights[0]
+    assert sun.emitter is not None
+    assert sun.emitter.half_angle == pytest.approx(np.radians(0.53 / 2))
+    assert sun.intensity[0] == pytest.approx(2 / (np.pi * np.sin(np.radians(0.53 / 2)) ** 2)), "normalised: in lux"
+    bulb = read(files, "sphere light with a radius").lights[0]
+    assert bulb.emitter is not None
+    assert (bulb.kind, bulb.emitter.normalized) == ("sphere", True)
+    assert bulb.intensity[0] == pytest.approx(60 / (4 * np.pi * 0.2**2), rel=1e-6)
+    scaled = read(files, "rectangle, scaled and normalised, with its multipliers").lights[0]
+    assert scaled.emitter is not None
+    assert scaled.intensity[0] == pytest.approx(40 / (2 * 3))
+    assert (scaled.diffuse, scaled.specular) == pytest.approx((0.8, 0.5))
+    assert scaled.emitter.axes.diagonal() == pytest.approx([1, 1.5, 1])
+    dome = read(files, "DomeLight").lights[1]
+    assert (dome.kind, dome.intensity) == ("dome", (1.0, 1.0, 1.0))
+    for plain, factor in (("", 1.0), ("float inputs:exposure = 3", 8.0), ("bool inputs:normalize = 1", 1 / np.pi)):
+        said = f'def DiskLight "More"\n{{\nfloat inputs:radius = 1\n{plain}\n'
+        path = tmp_path / "disk.usda"
+        path.write_text(files["DiskLight"].read_text("utf-8").replace('def DiskLight "More"\n{\n', said), "utf-8")
+        assert read_stage(path, "own", {}).lights[1].intensity[0] == pytest.approx(factor)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "sphere light with a radius",
+        "distant light with the sun's angle",
+        "rectangle, scaled and normalised, with its multipliers",
+        "CylinderLight",
+        "DomeLight",
+        "spot light",
+    ],
+)
+def test_lights_with_a_size_are_written_as_they_were_read(name: str, files: dict[str, Path], tmp_path: Path) -> None:
+    lights = read(files, name).lights
+    again = read_stage(write_scene(read(files, name), tmp_path / "again.usda"), "own", {}).lights
+    for one, other in zip(lights, again, strict=True):
+        assert (one.path, one.kind) == (other.path, other.kind)
+        assert other.intensity == pytest.approx(one.intensity, rel=1e-6)
+        assert other.position == pytest.approx(one.position)
+        assert other.direction == pytest.approx(one.direction, abs=1e-7)
+        assert (other.diffuse, other.specular) == pytest.approx((one.diffuse, one.specular))
+        assert other.shaping == one.shaping
+        assert (one.emitter is None) == (other.emitter is None)
+        if one.emitter is not None and other.emitter is not None:
+            assert other.emitter.half_angle == pytest.approx(one.emitter.half_angle)
+            if one.kind not in ("sun", "dome"):
+                assert other.emitter.axes == pytest.approx(one.emitter.axes, abs=1e-7)
 
 
 # --- check --------------------------------------------------------------------------------------------------------
 
 TEN = {
     "BODY": "float4[] clippingPlanes = [(1, 0, 0, 0)]",
-    "two": f'{own.PLAIN_LIGHT}def RectLight "Area"\n{{\n}}\ndef DomeLight "Sky"\n{{\n}}\n',
-    "bulb": own.PLAIN_LIGHT.replace('"Light"', '"Bulb"').replace("bool treatAsPoint = 1", "float inputs:radius = 1"),
+    "two": own.PLAIN_LIGHT
+    + own.textured("RectLight").replace('"More"', '"Area"')
+    + own.textured("DomeLight").replace('"More"', '"Sky"'),
+    "bulb": own.PLAIN_LIGHT.replace('"Light"', '"Bulb"').replace(
+        "bool treatAsPoint = 1", "bool treatAsPoint = 1\nbool inputs:shadow:enable = 0"
+    ),
     "look": "float inputs:metallic = 2\nfloat inputs:clearcoat = -1\ncolor3f inputs:emissiveColor = (-1, 0, 0)\n"
     "float inputs:displacement = 1",
     "broken": own.mesh(own.SQUARE.replace("[4]", "[3]"), "Broken")
     + own.mesh(own.SQUARE.replace("(1,1,0)", "(1,nan,0)"), "Nan"),
 }
 FAULTS = [
-    "/World/Area",
+    "/World/Area.inputs:texture:file",
     "/World/Broken.faceVertexIndices",
-    "/World/Bulb.treatAsPoint",
+    "/World/Bulb.inputs:shadow:enable",
     "/World/Camera.clippingPlanes",
     "/World/Look/Surface.inputs:clearcoat",
     "/World/Look/Surface.inputs:displacement",
     "/World/Look/Surface.inputs:emissiveColor",
     "/World/Look/Surface.inputs:metallic",
     "/World/Nan.points",
-    "/World/Sky",
+    "/World/Sky.inputs:texture:file",
 ]
 
 
@@ -465,7 +511,7 @@ def test_adapt_edits_nothing_and_what_it_writes_is_judged(ten: Path, tmp_path: P
     scene = read_stage(out, "own", {})
     assert [each.path for each in scene.objects] == ["/World/Shape"], "what is broken is left out"
     assert scene.card.artifact_class == "own"
-    assert {each.path for each in scene.lights} == {"/World/Light", "/World/Bulb"}
+    assert {each.path for each in scene.lights} == {"/World/Light", "/World/Bulb", "/World/Area", "/World/Sky"}
     again = CliRunner().invoke(app, ["check", str(out)])
     assert again.exit_code == 0, again.stdout
 

@@ -91,7 +91,11 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
     ),
     # lights
     "no light": ((("bool treatAsPoint = 1", 'token visibility = "invisible"'),), "/Scene", "no visible light"),
-    "soft light": ((("bool treatAsPoint = 1", ""),), "/Scene/Light.treatAsPoint", "soft"),
+    "unshadowed light": (
+        (("bool treatAsPoint", "bool inputs:shadow:enable = 0\nbool treatAsPoint"),),
+        "/Scene/Light.inputs:shadow:enable",
+        "not supported",
+    ),
     "negative light": ((("inputs:intensity = 4", "inputs:intensity = -4"),), "/Scene/Light.inputs:intensity", "-4"),
     "infinite light": ((("inputs:intensity = 4", "inputs:intensity = inf"),), "/Scene/Light.inputs:intensity", "inf"),
     "overexposed": (
@@ -104,23 +108,33 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
         "/Scene/Light.inputs:color",
         "-1",
     ),
-    "spot": (
+    "light profile": (
         (
             ('SphereLight "Light"', 'SphereLight "Light" (prepend apiSchemas = ["ShapingAPI"])'),
-            ("bool treatAsPoint", "float inputs:shaping:cone:angle = 30\nbool treatAsPoint"),
+            ("bool treatAsPoint", "asset inputs:shaping:ies:file = @lamp.ies@\nbool treatAsPoint"),
         ),
-        "/Scene/Light.inputs:shaping:cone:angle",
-        "spot",
+        "/Scene/Light.inputs:shaping:ies:file",
+        "profiles",
     ),
     "light linking": (
         (("bool treatAsPoint", "rel collection:lightLink:excludes = </Scene/Group>\nbool treatAsPoint"),),
         "/Scene/Light.collection:lightLink:excludes",
         "linking",
     ),
-    "distant light": (
-        (("# scene", 'def DistantLight "Sun"\n{\n}'),),
-        "/Scene/Sun.inputs:angle",
-        "expected 0",
+    "distant spot": (
+        (("# scene", 'def DistantLight "Sun" (prepend apiSchemas = ["ShapingAPI"])\n{\n}'),),
+        "/Scene/Sun.inputs:shaping:cone:angle",
+        "no beam",
+    ),
+    "light without an area": (
+        (("# scene", 'def DiskLight "Disk"\n{\nfloat inputs:radius = 0\n}'),),
+        "/Scene/Disk",
+        "without an area",
+    ),
+    "negative width": (
+        (("# scene", 'def RectLight "Rect"\n{\nfloat inputs:width = -1\n}'),),
+        "/Scene/Rect.inputs:width",
+        "-1",
     ),
     "scaled light": (
         (
@@ -134,7 +148,16 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
         "area",
     ),
     # schemas
-    "dome": ((("# scene", 'def DomeLight "Sky"\n{\n}'),), "/Scene/Sky", "unsupported schema DomeLight"),
+    "geometry light": (
+        (("# scene", 'def GeometryLight "Odd"\n{\n}'),),
+        "/Scene/Odd",
+        "unsupported schema GeometryLight",
+    ),
+    "dome with a texture": (
+        (("# scene", 'def DomeLight "Sky"\n{\nasset inputs:texture:file = @sky.exr@\n}'),),
+        "/Scene/Sky.inputs:texture:file",
+        "textures of lights",
+    ),
     "nothing drawn": ((("# square", 'token visibility = "invisible"'),), "/Scene", "nothing to draw"),
     # geometry
     "no faces": ((("[4]", "[]"),), f"{SQUARE}.faceVertexCounts", "no faces"),

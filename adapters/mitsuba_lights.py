@@ -1,0 +1,97 @@
+"""Lights with a size for the Mitsuba child, measured with 3.9.1.
+
+- A sphere, rectangle, disk or cylinder is Mitsuba's shape of that name with an ``area`` emitter, whose radiance is the
+  light's. A ``rectangle`` is 2 x 2 and shines to its +z. A shape's own material reflects nothing.
+- ``hide_emitters`` lets camera rays pass through these shapes, as the contract has it. In mirrors and glass they are
+  seen, so there such lights are refused.
+- Each light is drawn alone, so that no light's shape hides another light.
+- A distant light with an angle is a sphere of that angle, so far away that its parallax shows in no pixel.
+- A dome is ``constant``.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from notabug.adapters.base import UnsupportedError
+from notabug.scenes_usd.emitters import side
+from notabug.scenes_usd.framing import bounds_of
+from notabug.scenes_usd.scene import Emitter, Light, Scene
+
+_SIMILAR = 1e-6  # relative deviation from a shape that Mitsuba has
+_FAR = 1e4  # of a sun, in sizes of the scene
+_WIDEST = math.radians(60.0)  # half of a sun's angle: a far ball that is wider would reach into the scene
+
+
+def check_lights(scene: Scene, *, centres: bool, mirrors: bool) -> None:
+    """Raise UnsupportedError where lights with a size cannot be drawn under ``scene``'s materials, at pixel centres."""
+    sized = next((each for each in scene.lights if each.emitter is not None), None)
+    if sized is None:
+        return
+    if centres:
+        raise UnsupportedError(
+            "Mitsuba chooses at random where on a light a shadow ray goes",
+            where=sized.path,
+            expected="more than 1 sample per pixel for a light with a size",
+            got="1",
+            do="raise the samples",
+        )
+    if mirrors:
+        raise UnsupportedError(
+            "Mitsuba shows lights with a size in mirrors and glass, where the contract has none",
+            where=sized.path,
+            expected="no mirror and no transmission beside a light with a size",
+            do="make the light a point (treatAsPoint), or choose another renderer",
+        )
+
+
+def with_size(light: Light, scene: Scene) -> dict[str, Any]:
+    """The light as the child gets it."""
+    emitter = light.emitter
+    assert emitter is not None
+    radiance = {"type": "rgb", "value": list(light.intensity)}
+    if light.kind == "dome":
+        return {"type": "constant", "radiance": radiance}
+    shape = _sun(light, emitter, scene) if light.kind == "sun" else _shape(light, emitter)
+    black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
+    return {**shape, "emitter": {"type": "area", "radiance": radiance}, "bsdf": black}
+
+
+def _sun(light: Light, emitter: Emitter, scene: Scene) -> dict[str, Any]:
+    if emitter.half_angle > _WIDEST:
+        got = f"{2 * math.degrees(emitter.half_angle):g} degrees"
+        raise UnsupportedError("a distant light's angle", where=light.path, expected="at most 120 degrees", got=got)
+    low, high = bounds_of(scene.objects)
+    distance = _FAR * float(np.linalg.norm(np.asarray(high) - low))
+    middle = (np.asarray(low) + high) / 2.0
+    centre = middle - distance * np.asarray(light.direction)
+    return {"type": "sphere", "center": centre.tolist(), "radius": distance * math.sin(emitter.half_angle)}
+
+
+def _shape(light: Light, emitter: Emitter) -> dict[str, Any]:
+    x, y, z = emitter.axes
+    centre = np.asarray(light.position)
+    lengths = np.linalg.norm(emitter.axes, axis=1)
+    cosines = np.abs(emitter.axes @ emitter.axes.T / np.outer(lengths, lengths) - np.eye(3))
+    if light.kind == "sphere":
+        _check(light, cosines.max(), np.ptp(lengths) / lengths.max(), "a sphere under a similarity")
+        return {"type": "sphere", "center": centre.tolist(), "radius": float(lengths[0])}
+    if light.kind == "cylinder":
+        _check(light, cosines.max(), abs(lengths[1] - lengths[2]) / lengths[1], "a round cylinder")
+        ends = {"p0": (centre - x).tolist(), "p1": (centre + x).tolist()}
+        return {"type": "cylinder", **ends, "radius": float(lengths[1])}
+    uneven = abs(lengths[0] - lengths[1]) / lengths[0] if light.kind == "disk" else 0.0
+    _check(light, cosines[0, 1], uneven, "a round disk" if light.kind == "disk" else "right angles")
+    normal = side(emitter)
+    matrix = np.eye(4)
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = np.cross(y, normal), y, normal, centre
+    matrix[:3, 0] *= lengths[0] / np.linalg.norm(matrix[:3, 0])
+    return {"type": {"rect": "rectangle", "disk": "disk"}[light.kind], "to_world": matrix.tolist()}
+
+
+def _check(light: Light, askew: float, uneven: float, expected: str) -> None:
+    if max(askew, uneven) > _SIMILAR:
+        raise UnsupportedError("Mitsuba's shapes of lights cannot be sheared", where=light.path, expected=expected)

@@ -1,0 +1,62 @@
+"""Faults of lights with a size, of beams and of multipliers: what UsdLux says of them is left out, or doubled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from notabug.references.models.model import Edit, Model
+from notabug.scenes_usd.emitters import area, resized, scaled
+from notabug.scenes_usd.scene import Light, Scene
+
+_USD = "UsdLux LightAPI and ShapingAPI"
+POINT = 1.0 / 64.0  # of a light's size: as good as a point
+SAME = 1e-3  # relative difference of two brightnesses that shows nothing
+
+
+def models(scene: Scene) -> Iterator[Model]:
+    """Models of a scene with such lights."""
+    sized = [each for each in scene.lights if each.emitter is not None and each.kind != "dome"]
+    if sized:
+        yield _fault(
+            "light_size_ignored",
+            "lights with a size are drawn as points, and those of a distant light's angle as one direction",
+            lambda each: resized(each, POINT, keep_power=True),
+        )
+        for factor, word in ((2.0, "twice"), (0.5, "half")):
+            for keep, what in ((True, "with the same power"), (False, "with the same radiance")):
+                yield _fault(
+                    "light_size",
+                    f"lights are {word} as large, {what}",
+                    lambda each, factor=factor, keep=keep: resized(each, factor, keep_power=keep),  # type: ignore[misc]
+                )
+    if any(abs(area(each) - 1.0) > SAME for each in sized):
+        yield _fault(
+            "normalize_ignored", "inputs:normalize of lights is ignored, or taken as on where it is off", _other
+        )
+    if any(each.emitter is not None and each.emitter.exposure for each in scene.lights):
+        yield _fault("exposure_ignored", "inputs:exposure of lights is ignored", _unexposed)
+    if any(each.shaping is not None for each in scene.lights):
+        yield _fault("cone_ignored", "the beam of lights is ignored", lambda each: replace(each, shaping=None))
+    if any(each.diffuse != 1.0 or each.specular != 1.0 for each in scene.lights):
+        yield _fault(
+            "light_multiplier_ignored",
+            "inputs:diffuse and inputs:specular of lights are ignored",
+            lambda each: replace(each, diffuse=1.0, specular=1.0),
+        )
+
+
+def _other(light: Light) -> Light:
+    """``light`` as if normalize were what it is not."""
+    if light.emitter is None or light.kind == "dome":
+        return light
+    return scaled(light, area(light) if light.emitter.normalized else 1.0 / area(light))
+
+
+def _unexposed(light: Light) -> Light:
+    return light if light.emitter is None else scaled(light, 2.0**-light.emitter.exposure)
+
+
+def _fault(name: str, claim: str, change: Callable[[Light], Light]) -> Model:
+    edit: Edit = lambda scene: replace(scene, lights=tuple(change(each) for each in scene.lights))  # noqa: E731
+    return Model(name=name, kind="fault", claim=claim, cites=_USD, edit=edit)
