@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 _LANES = 1 << 25  # samples drawn at once: the LLVM back end keeps every one of them in memory
+ON_A_LIGHT = 32  # places on a light with a size that each sample of a pixel looks at
 _ANOTHER = 1_000_003  # from the seed of one render to that of the next
 
 
@@ -110,7 +111,7 @@ def _integrator(job: dict[str, Any]) -> dict[str, Any]:
         return {"type": "aov", "aovs": "shown:albedo"}
     hidden = {"hide_emitters": True} if job["hide_emitters"] else {}
     if job["integrator"] == "direct":
-        return {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0, **hidden}
+        return {"type": "direct", "emitter_samples": ON_A_LIGHT if hidden else 1, "bsdf_samples": 0, **hidden}
     return {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20, **hidden}
 
 
