@@ -28,6 +28,10 @@ LEAST_ALIKE, FEW = 0.1, 2  # and below which it is not even where fewer faults t
 EQUAL = 0.9  # of the changes: two quick pictures that share so much are of one fault
 CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight would decide
 
+WELL = 0.2  # of what is changed: a strength that leaves less fits, and no other one is looked at
+FARTHER = ((1.5, 2.0, 3.0, -1.0), (0.8, 1.25), (0.9, 1.1))  # times the strength's distance from neutral, in turn
+MUCH_LESS = 0.8  # of what the first strength leaves: another one must leave less
+
 JOINT_STEPS = (8, 4, 2, 1)  # pixels a block, one after the other, on the way to the strengths along several axes
 JOINT_TURNS = 4  # steps at each of them, while they bring the picture nearer
 JOINT_LEAST, JOINT_MOST = 0.01, 20.0  # times the fault's own strength: what counts along an axis, and what is possible
@@ -146,6 +150,9 @@ def _strengths(ranked: _Ranked, at: npt.NDArray[np.bool_], scale: Floats, previe
         strength = _sane(fault.neutral + (strength - fault.neutral) * size, fault)
         best = replace(fault.at(strength), at=fault.at, strength=strength, neutral=fault.neutral)
         own = preview((*base, best)) - preview(base)
+    farther = _farther(best, own, ranked, at / scale, preview)
+    if farther is not None:
+        yield farther
     yield best
     if fault.jointly is not None:
         joint = _jointly(fault, base, change, np.where(at, scale, np.inf), preview)
@@ -153,6 +160,35 @@ def _strengths(ranked: _Ranked, at: npt.NDArray[np.bool_], scale: Floats, previe
             yield joint
     if best.strength != fault.strength:  # a limitation beside the fault can mislead the fit
         yield replace(fault, at=None)
+
+
+def _farther(best: Model, own: Floats, ranked: _Ranked, weight: Floats, preview: Preview) -> Model | None:
+    """``best`` at another strength, where quick pictures tell that it leaves less than the change ``own`` of ``best``.
+
+    A change that does not grow with its strength, as that of a refraction, is fitted by its slope to one that is too
+    small: what it shows elsewhere counts against it. So strengths farther off are looked at, and then those beside.
+    """
+    assert best.at is not None
+    base, change = preview(ranked.base), ranked.change
+
+    def left(moved: Floats) -> float:
+        return float(np.minimum(np.abs(change - moved) * weight, CLIP).sum())
+
+    def at(strength: float) -> tuple[float, float]:
+        model = best.at(strength)  # type: ignore[misc]
+        return left(preview((*ranked.base, model)) - base), strength
+
+    least = here = left(own)
+    if least <= WELL * left(np.zeros_like(own)):
+        return None
+    strength, off = best.strength, best.strength - best.neutral
+    for factors in FARTHER:
+        tried = [at(_sane(best.neutral + factor * off, best)) for factor in factors]
+        least, strength = min([(least, strength), *tried])
+        off = strength - best.neutral
+    if least > MUCH_LESS * here:
+        return None
+    return replace(best.at(strength), at=best.at, strength=strength, neutral=best.neutral)
 
 
 def _together(moves: Sequence[Floats], change: Floats, weight: Floats) -> Floats:

@@ -12,6 +12,7 @@ from notabug.metrics.likely import RARE
 REMAINS = 0.15  # a name may leave this much of the bug leg: right ones leave .08, a gamma in the place of an albedo .18
 NOTHING = 0.02  # what a name leaves where two renderers see different surfaces at an edge
 EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may leave which no fault need be tried after
+ROUNDED = 0.01  # of EXACT: the misfit that rounding leaves of the right name; .002 in POV-Ray's and Mitsuba's pictures
 WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
 NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
 LADEN = 1.1  # by how much a number more must lower the misfit, and a limitation more where neither name leaves anything
@@ -84,7 +85,11 @@ def best_of(best: Name | None, names: Iterable[Name], exact: float, *, noisy: bo
 
 
 def better(each: Name, best: Name, exact: float, *, noisy: bool) -> bool:
-    """Whether ``each`` is better than ``best``; misfits of noisy pictures that are as near as ``exact`` are alike."""
+    """Whether ``each`` is better than ``best``.
+
+    Misfits of noisy pictures that are as near as ``exact`` are alike. So are those of all pictures that are rounding,
+    unless one is half of the other: a light that is missing and one that lights nothing where it stands show the same.
+    """
     if each.anything != best.anything:  # what may show anything always fits: whatever else leaves nothing says more
         fixed = best if each.anything else each
         return (fixed is each) == (fixed.remains <= NOTHING)
@@ -102,7 +107,8 @@ def better(each: Name, best: Name, exact: float, *, noisy: bool) -> bool:
             burden = LADEN ** (each.burden - best.burden)
             return max(each.misfit, EXACT) * burden < BETTER * max(best.misfit, EXACT)
         alike = exact if noisy else 0.0
-        if abs(each.misfit - best.misfit) < max(alike, (1.0 - BETTER) * best.misfit):
+        share = 0.5 if max(each.misfit, best.misfit) < ROUNDED * exact else 1.0 - BETTER
+        if abs(each.misfit - best.misfit) < max(alike, share * best.misfit):
             return each.glance < BETTER * best.glance
     return each.misfit * LADEN ** (each.further - best.further) < BETTER * best.misfit
 

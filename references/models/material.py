@@ -12,6 +12,14 @@ from notabug.scenes_usd.scene import Material, Scene
 Colour = tuple[float, float, float]
 
 
+DENSER = (
+    0.85,
+    1.02,
+    1.1,
+    1.25,
+)  # strengths of a wrong index from which it is fitted: what glass shows at one is unlike another
+
+
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with lights; those of glass and opacity where there is some."""
     if not scene.lights:
@@ -23,16 +31,8 @@ def models(scene: Scene) -> Iterator[Model]:
         if index in used and any(material.mirror):
             yield in_strengths(_mirror(index, material.path), 1.1, neutral=1.0)
     if any(each.transmission != (0.0, 0.0, 0.0) for each in scene.materials):
-        yield in_strengths(
-            lambda strength: _fault(
-                "ior",
-                f"the index of refraction is {strength:.4g} times too large",
-                "Whitted 1980, section 2",
-                lambda each: replace(each, ior=each.ior * strength),
-            ),
-            1.02,
-            neutral=1.0,
-        )
+        for strength in DENSER:
+            yield in_strengths(_ior, strength, neutral=1.0)
         yield _fault(
             "ior_inverted",
             "glass is bent by the index of the wrong side",
@@ -89,6 +89,15 @@ def models(scene: Scene) -> Iterator[Model]:
             "Woo, Pearce and Ouellette 1996, Phong versus Phong",
             lambda each: replace(each, lobe="blinn" if each.lobe == "phong" else "phong"),
         )
+
+
+def _ior(strength: float) -> Model:
+    return _fault(
+        "ior",
+        f"the index of refraction is {strength:.4g} times too large",
+        "Whitted 1980, section 2",
+        lambda each: replace(each, ior=each.ior * strength),
+    )
 
 
 def _fault(name: str, claim: str, cites: str, change: Callable[[Material], Material]) -> Model:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +16,7 @@ from notabug.metrics.causes import encoded
 from notabug.metrics.explain import fit
 from notabug.metrics.judge import judge
 from notabug.metrics.likely import coarse
+from notabug.metrics.names import EXACT, Name, better
 from notabug.metrics.naming import possible
 from notabug.metrics.noise import measure
 from notabug.metrics.verdict import Verdict
@@ -51,6 +53,24 @@ def test_an_albedo_is_named_with_its_strength(ball: Scene, strength: float) -> N
     found = verdict(ball, model(ball, "albedo", strength))
     assert (found.word, found.findings[0].name) == ("bug", "albedo")
     assert f"{strength:.3g} times" in found.findings[0].message
+
+
+@pytest.mark.parametrize("scene", ["acne/glass_slab", "terminator/glass_sphere"])
+@pytest.mark.parametrize("strength", [0.9, 1.03, 1.1, 1.25])
+def test_a_wrong_index_of_refraction_is_named_with_its_strength(studio: Any, scene: str, strength: float) -> None:
+    """What glass shows does not grow with the strength: it moves, so a fit by the slope stops short."""
+    small = replace(studio.scene(scene), width=64, height=64)
+    found = verdict(small, model(small, "ior", strength))
+    assert (found.word, found.findings[0].name) == ("bug", "ior")
+    told = float(re.search(r"is ([\d.]+) times", found.findings[0].message)[1])  # type: ignore[index]
+    assert told == pytest.approx(strength, rel=0.02)
+
+
+def test_of_two_names_that_leave_rounding_the_one_tried_first_is_told() -> None:
+    first, other = (Name(name, "", 0.0, misfit, glance=2.0) for name, misfit in (("first", 1.8e-5), ("other", 1.7e-5)))
+    assert not better(other, first, EXACT, noisy=False)
+    assert better(replace(other, misfit=1e-9), first, EXACT, noisy=False)
+    assert better(replace(other, misfit=3e-3), replace(first, misfit=4e-3), EXACT, noisy=False)
 
 
 @pytest.mark.parametrize("strength", [0.02, 0.2])
