@@ -23,8 +23,8 @@ from notabug.metrics.verdict import Verdict
 from notabug.printable import escaped
 from notabug.references.cache import cache_root
 from notabug.references.predict import predict
-from notabug.results.wording import number
-from notabug.runs.calibration import CARDS, objection, textured
+from notabug.results.wording import number, readable
+from notabug.runs.calibration import CARDS, as_judged, objection, textured
 from notabug.runs.folders import write_json
 from notabug.runs.judge_files import judge_pictures
 from notabug.runs.plan import find_renderers
@@ -106,7 +106,7 @@ def _measure(adapter: Adapter, found: Found, quality: Quality) -> Calibrated:
         refused = objection(drawn.reading, drawn.verdict, partial(_other, adapter, rest, quality))
         passed = drawn.verdict.word in ("pass", "limitation")
         sentence = refused or ("" if passed else f"{UNNAMED_BUG}: {drawn.verdict.message}")
-        reading = _plain(drawn.reading)
+        reading = _plain(as_judged(drawn.reading, drawn.verdict))
         return Calibrated(adapter.name, found.version, not refused, sentence, drawn.card, drawn.verdict.word, reading)
     return Calibrated(adapter.name, found.version, False, f"it can draw none of the cards: {unsupported}")
 
@@ -171,7 +171,7 @@ def _show(each: Calibrated) -> None:
     for name, value in (
         ("card", f"{each.card}: {each.verdict}{', remembered' if each.cached else ''}"),
         ("gain, gamma", f"{number(read['gain'], 5)}, {number(read['gamma'], 4)}{' (sRGB)' if read['srgb'] else ''}"),
-        ("orientation, channels", f"{read['orientation'] or 'upright'}, {read['channels']}"),
+        ("orientation, channels", f"{readable(read['orientation']) or 'upright'}, {read['channels']}"),
         ("shift (right, down)", f"{read['shift'][0]:+.2f}, {read['shift'][1]:+.2f} pixels"),
         ("magnification", number(read["scale"], 5)),
         ("filter width", f"{read['width']:.2f} pixels (a box has 0.29)"),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from notabug.adapters.base import Adapter, Quality
-from notabug.metrics.verdict import Verdict
+from notabug.metrics.verdict import Finding, Verdict
 from notabug.results.record import Result
 from notabug.runs.selection import Choice
 
@@ -56,8 +57,29 @@ def objection(reading: Reading, verdict: Verdict, plain: Callable[[], Reading | 
             return _OF_TEXTURE[reading.orientation]
     if reading.causes:
         return reading.sentence
-    faults = [each for each in verdict.findings if each.kind == "bug" and each.name in ADAPTER_FAULTS]
-    return "; ".join(each.message or each.name.replace("_", " ") for each in faults)
+    return "; ".join(each.message or each.name.replace("_", " ") for each in _accusing(verdict))
+
+
+def as_judged(reading: Reading, verdict: Verdict) -> Reading:
+    """``reading`` with the judge's shift and gain where these, and nothing that was read, accuse the adapter.
+
+    The judge tells a shift or a gain by predicted pictures, which show one that the numbers of the card leave open:
+    with one sample a pixel, edges tell little. Beside a sentence of the judge's the table would deny it otherwise.
+    """
+    accused = {each.name for each in _accusing(verdict)}
+    if reading.causes or not accused:
+        return reading
+    told = verdict.numbers
+    if "pixel_shift" in accused and {"shift_x", "shift_y"} <= told.keys():
+        reading = replace(reading, shift=(told["shift_x"], told["shift_y"]))
+    if "light_gain" in accused and "gain" in told:
+        reading = replace(reading, gain=told["gain"])
+    return reading
+
+
+def _accusing(verdict: Verdict) -> list[Finding]:
+    """The findings of the judge that accuse the adapter."""
+    return [each for each in verdict.findings if each.kind == "bug" and each.name in ADAPTER_FAULTS]
 
 
 def refusal(
