@@ -1,10 +1,10 @@
-"""``python docs/pages.py --to DIR [PAGE ...] [--terminal "WORDS"]``: photograph pages as people meet them, and weigh them.
+"""``python docs/pages.py --to DIR [PAGE ...] [--terminal "WORDS"]``: photograph pages as people meet them, weigh them.
 
-Each PAGE (a report.html, a gallery's or the site's index.html) is taken in both widths, light and dark. Printed are the
-bytes of the page, of what it loads before anybody scrolls, and of all its pictures, and the time to the first paint: the
-least of several loads, each in a browser context of its own. ``--terminal`` runs one command of notabug in a terminal of
-80 columns and photographs that. Whoever changes a page looks at the pictures; the exit code is 1 where a page is heavier
-or slower than it may be.
+Each PAGE (a report.html, a gallery's or the site's index.html) is taken in both widths, light and dark. Printed are
+the bytes of the page, of what it loads before anybody scrolls, and of all its pictures, and the time to the first
+paint: the least of several loads, each in a browser context of its own. ``--terminal`` runs one command of notabug in a
+terminal of 80 columns and photographs that. Whoever changes a page looks at the pictures; the exit code is 1 where a
+page is heavier or slower than it may be.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ import shlex
 import shutil
 import subprocess
 import sys
-import urllib.parse
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import unquote, urlsplit
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -35,7 +35,7 @@ PAINT = "() => performance.getEntriesByName('first-contentful-paint').map((entry
 
 @dataclass(frozen=True, slots=True)
 class Weighed:
-    """Bytes of a page alone, with what it loads unasked, and with all pictures beside it; seconds to its first paint."""
+    """Bytes of a page alone, with what it loads unasked, and with all its pictures; seconds to its first paint."""
 
     page: int
     loaded: int
