@@ -58,9 +58,7 @@ def weigh(browser: Browser, page: Path) -> Weighed:
     for _ in range(LOADS):
         context = browser.new_context(viewport={"width": 1280, "height": 860})
         tab = context.new_page()
-        tab.on(
-            "request", lambda request: loaded.add(Path(urllib.parse.unquote(urllib.parse.urlsplit(request.url).path)))
-        )
+        tab.on("request", lambda request: loaded.add(Path(unquote(urlsplit(request.url).path))))
         tab.goto(page.resolve().as_uri())
         tab.wait_for_load_state("load")
         tab.wait_for_function(PAINT)
@@ -108,7 +106,7 @@ def in_a_terminal(words: list[str]) -> str:
 
 
 def drawn(text: str, words: list[str]) -> str:
-    """A terminal's text with escapes for colours as a picture (SVG); what was wiped by moving the cursor is left out."""
+    """A terminal's text with escapes for colours as a picture (SVG), without lines that were wiped."""
     from io import StringIO
 
     from rich.console import Console

@@ -55,19 +55,18 @@ def objection(reading: Reading, verdict: Verdict, plain: Callable[[], Reading | 
         upright = plain()
         if upright is not None and not upright.orientation and "not_the_card" not in upright.causes:
             return _OF_TEXTURE[reading.orientation]
-    if reading.causes:
+    if reading.causes and not _better_judged(reading, verdict):
         return reading.sentence
     return "; ".join(each.message or each.name.replace("_", " ") for each in _accusing(verdict))
 
 
 def as_judged(reading: Reading, verdict: Verdict) -> Reading:
-    """``reading`` with the judge's shift and gain where these, and nothing that was read, accuse the adapter.
+    """``reading`` with the judge's shift and gain where it is the judge that accuses the adapter.
 
-    The judge tells a shift or a gain by predicted pictures, which show one that the numbers of the card leave open:
-    with one sample a pixel, edges tell little. Beside a sentence of the judge's the table would deny it otherwise.
+    Beside a sentence of the judge's the table would deny it otherwise.
     """
     accused = {each.name for each in _accusing(verdict)}
-    if reading.causes or not accused:
+    if not accused or (reading.causes and not _better_judged(reading, verdict)):
         return reading
     told = verdict.numbers
     if "pixel_shift" in accused and {"shift_x", "shift_y"} <= told.keys():
@@ -75,6 +74,15 @@ def as_judged(reading: Reading, verdict: Verdict) -> Reading:
     if "light_gain" in accused and "gain" in told:
         reading = replace(reading, gain=told["gain"])
     return reading
+
+
+def _better_judged(reading: Reading, verdict: Verdict) -> bool:
+    """Whether a shift was read, and nothing else, that the judge finds too.
+
+    The judge tells it by predicted pictures. With one sample a pixel the edges of the card alone may mistake a tenth of
+    a pixel, or see no shift at all.
+    """
+    return reading.causes == ("pixel_shift",) and [each.name for each in _accusing(verdict)] == ["pixel_shift"]
 
 
 def _accusing(verdict: Verdict) -> list[Finding]:

@@ -124,6 +124,7 @@ def test_the_numbers_of_a_refused_card_are_those_of_its_sentence(right: float, d
         ("pixel_shift", "bug", (), (0.25, -0.5), 1.0),
         ("light_gain", "bug", (), (0.0, 0.0), 1.02),
         ("light_gain", "limitation", (), (0.0, 0.0), 1.0),  # which accuses nobody
+        ("pixel_shift", "bug", ("pixel_shift",), (0.25, -0.5), 1.0),  # what both find, the judge tells more exactly
         ("pixel_shift", "bug", ("upside_down",), (0.0, 0.0), 1.0),  # what was read accuses
         ("field_of_view", "bug", (), (0.0, 0.0), 1.0),
     ],
