@@ -27,7 +27,7 @@ from notabug.results.wording import number, readable
 from notabug.runs.calibration import CARDS, as_judged, objection, textured
 from notabug.runs.folders import write_json
 from notabug.runs.judge_files import judge_pictures
-from notabug.runs.plan import find_renderers
+from notabug.runs.plan import find_renderers, left_out
 from notabug.runs.progress import console
 from notabug.runs.provenance import fingerprint
 from notabug.runs.selection import Choice
@@ -57,9 +57,10 @@ def command(renderers: Sequence[str], samples: int, timeout: float, fresh: bool,
     """Calibrate ``renderers`` (all that are installed when empty) and print what was read."""
     quiet = console(stderr=True)
     asked = {name: adapter_called(name) for name in dict.fromkeys(renderers)} if renderers else adapters()
-    found, missing = find_renderers(
-        asked, lambda name, why: quiet.print(f"{name}: not installed. {why}", markup=False, soft_wrap=True)
-    )
+    whys: dict[str, str] = {}
+    found, missing = find_renderers(asked, whys.__setitem__)
+    for line in left_out(whys, asked=bool(renderers)):
+        quiet.print(line, markup=False, soft_wrap=True)
     quality = Quality(samples=samples, timeout=timeout)
     results = [calibrate(each, there, quality, fresh=fresh) for each, there in found.values()]
     if as_json:
