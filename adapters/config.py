@@ -12,11 +12,11 @@ import os
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.nearest import instead_of
 from notabug.scenes_usd.ownership import how_to_allow, why_foreign
 
 VARIABLE = "NOTABUG_CONFIG"
@@ -48,13 +48,8 @@ class Table:
         names = sorted(known)
         for key in self.values:
             if key not in names:
-                near = get_close_matches(key, names, n=1, cutoff=0.5)
-                raise ConfigError(
-                    f"unknown key {key!r}",
-                    where=self.where,
-                    expected=f"one of {', '.join(names)}",
-                    do=f"did you mean {near[0]!r}?" if near else "",
-                )
+                expected, meant = instead_of(key, names)
+                raise ConfigError(f"unknown key {key!r}", where=self.where, expected=expected, do=meant)
 
     def fault(self, key: str, what: str, *, expected: str = "", got: str = "", do: str = "") -> ConfigError:
         return ConfigError(what, where=f"{self.where}.{key}", expected=expected, got=got, do=do)

@@ -12,7 +12,7 @@ from typing import Any, get_type_hints
 from notabug.adapters import declared, settings
 from notabug.adapters.base import Adapter
 from notabug.adapters.command import Command
-from notabug.adapters.config import Table
+from notabug.adapters.config import ConfigError, Table
 from notabug.adapters.export.formats import FORMATS
 from notabug.adapters.files import SUFFIXES, Files
 from notabug.adapters.process import DEFAULT, Limits
@@ -26,6 +26,13 @@ _DAY = 86400.0
 
 def configured(name: str, table: Table, known: Mapping[str, Adapter]) -> Adapter:
     """The adapter that ``table`` describes; ``known`` are those that it may set (``adapter = "zbuffer"``)."""
+    if "adapter" not in table.values and name in known and _is_of_ones_own(table):
+        raise ConfigError(
+            f"notabug itself has a renderer called {name!r}",
+            where=table.where,
+            expected="another name for yours, or keys that set ours",
+            do=f"call the table, say, [renderers.my_{name}]",
+        )
     if "adapter" in table.values or name in known:
         return _known(name, table, known)
     if "command" in table.values:
@@ -34,6 +41,11 @@ def configured(name: str, table: Table, known: Mapping[str, Adapter]) -> Adapter
         return _files(name, table)
     table.check_keys([*COMMAND_KEYS, *LIMIT_KEYS, *declared.KEYS, "files", "adapter"])
     raise table.fault("command", "missing", expected="command, files or adapter")
+
+
+def _is_of_ones_own(table: Table) -> bool:
+    """Whether ``table`` describes a renderer: a list of words to call, a format of scenes, or a folder of pictures."""
+    return isinstance(table.values.get("command"), list) or not {"scene", "image", "files"}.isdisjoint(table.values)
 
 
 def _command(name: str, table: Table) -> Command:

@@ -13,6 +13,7 @@ import notabug.adapters
 from notabug.adapters.base import Adapter, Declaration, Found, Quality, Render, RendererMissingError
 from notabug.adapters.config import find_config, renderer_tables
 from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.nearest import instead_of
 from notabug.scenes_usd.scene import Mesh, Preview, Scene
 
 GROUP = "notabug.adapters"
@@ -77,7 +78,8 @@ def adapter(name: str) -> Adapter:
     """The adapter called ``name``."""
     known = adapters()
     if name not in known:
-        raise SelectionError(f"no renderer called {name!r}", expected=f"one of {', '.join(known)}")
+        expected, meant = instead_of(name, known, see="`notabug list renderers` has all")
+        raise SelectionError(f"no renderer called {name!r}", expected=expected, do=meant)
     return known[name]
 
 

@@ -49,6 +49,11 @@ HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried bes
 SHARPENED = 3  # vectors of a shift that are predicted in full, and one more
 ROUGHLY = 0.55  # pixels by which a shift may be mistaken where edges are aliased
 
+GONE = frozenset({"face_missing", "object_missing"})
+OR_BLACK = ", or drawn black, as where their normals point away from the light"
+BLACK = 0.01  # of the reference, below which a value is black
+ALL_BLACK = 0.9  # share of what a fault takes away that leaves black; the others are edges, which differ in part
+
 OF_RAYS = frozenset({"acne", "start", "epsilon", "shadow_rays", "retroreflection", "unreversed", "lost_reflection"})
 """Switches of faults that only a renderer can have that follows rays from one surface to the next."""
 
@@ -290,12 +295,20 @@ def _remains(bug: _Bug, fitted: Explanation) -> float:
 
 def _named(bug: _Bug, fault: Model, fitted: Explanation) -> Name:
     off = bug.misfit(fitted.target)
+    claim = fault.claim + (OR_BLACK if fault.name in GONE and _leaves_black(bug, fitted) else "")
     numbers = {"gain": fault.strength} if fault.name == "light_gain" else {}
     if fault.rule == "choice":
         axes = 1 if fault.jointly else fault.axes  # a model of one axis tells how many there are
-        return Name(fault.name, fault.claim, _remains(bug, fitted), off, fitted, numbers=numbers, axes=axes)
+        return Name(fault.name, claim, _remains(bug, fitted), off, fitted, numbers=numbers, axes=axes)
     free = (fitted.freedom, fault.rule == "any")
-    return Name(fault.name, fault.claim, _remains(bug, fitted), off * FREE + CHOICE, fitted, *free)
+    return Name(fault.name, claim, _remains(bug, fitted), off * FREE + CHOICE, fitted, *free)
+
+
+def _leaves_black(bug: _Bug, fitted: Explanation) -> bool:
+    """Whether all that the fault takes away leaves black, as the very surfaces do where no light reaches them."""
+    was, left = (largest(np.asarray(each.value, np.float64)) for each in (bug.predict(()), fitted.target))
+    changed = np.abs(was - left) > BLACK * float(was.max(initial=0.0))
+    return bool(changed.any()) and float((left[changed] <= BLACK * was[changed]).mean()) >= ALL_BLACK
 
 
 def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:

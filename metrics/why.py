@@ -53,6 +53,7 @@ class PixelExplanation:
     predictions: tuple[Prediction, ...]
     others: tuple[str, ...] = ()  # models that are farther off at the pixels' centres, and were not looked at closer
     idle: tuple[str, ...] = ()  # models that change nothing here
+    told: tuple[str, ...] = ()  # what the verdict on the whole picture names
 
     def as_dict(self) -> dict[str, Any]:
         return _finite(asdict(self))  # type: ignore[no-any-return]
@@ -60,7 +61,8 @@ class PixelExplanation:
     def ranked(self) -> tuple[Prediction, ...]:
         """The models that change something here, best first: those that fit, by how near their own value is.
 
-        Of equally near ones the legitimate come before faults; what is alike in name and value is there once.
+        Many fit one pixel: those that the verdict on the whole picture names come first of them. Of equally near
+        ones the legitimate come before faults; what is alike in name and value is there once.
         """
         reference = self.predictions[0]
         acting = [each for each in self.predictions[1:] if each.probe != reference.probe or each.alpha is not None]
@@ -68,7 +70,13 @@ class PixelExplanation:
         return tuple(
             sorted(
                 once,
-                key=lambda each: (not each.fits, _off(self.found, each), self._from(each), KINDS.index(each.kind)),
+                key=lambda each: (
+                    not each.fits,
+                    _off(self.found, each),
+                    each.name not in self.told,
+                    self._from(each),
+                    KINDS.index(each.kind),
+                ),
             )
         )
 
@@ -86,7 +94,8 @@ class PixelExplanation:
         if reference.fits:
             lines.append("  nothing is wrong with this pixel")
         for place, each in enumerate(shown, 1):
-            lines += ["", f"{place}. {_headline(self.found, each)}", f"  {each.claim}"]
+            whole = ["  so says the verdict on the whole picture"] if each.name in self.told else []
+            lines += ["", f"{place}. {_headline(self.found, each)}", f"  {each.claim}", *whole]
             if each.alpha is not None:
                 part = f"{each.alpha:.0%} of" if 0.0 <= round(each.alpha, 2) <= 1.0 else f"{each.alpha:.3g} times"
                 lines.append(f"  the picture shows {part} what this model changes here")
@@ -117,12 +126,14 @@ def explain_pixel(
     y: int,
     *,
     closest: int | None = None,
+    told: tuple[str, ...] = (),
 ) -> PixelExplanation:
     """Compare the value of ``pixels`` (h, w, 3) at (x, y), y down, with every model of ``scene``.
 
     ``closest``: with so many models only, those that come nearest at the centres of the pixel and its neighbours, and
     with none where the pixel is right, until ENOUGH fit. A whole picture of each costs a second or so, a few centres
-    cost nothing. A model whose edge only touches the pixel may be missed.
+    cost nothing. A model whose edge only touches the pixel may be missed. ``told`` are the names in the verdict on the
+    whole picture: those models are looked at first, and are told first of those that fit.
     """
     wrong = invalid([np.nan_to_num(pixels)], scene.height, scene.width)
     if wrong is not None and wrong.name in ("wrong_size", "wrong_channels"):
@@ -133,7 +144,7 @@ def explain_pixel(
     to = admissible(predict(scene), declaration)
     right = bool((np.abs(found - np.clip(found, to.lo[y, x], to.hi[y, x])) <= to.tau[y, x]).all())
     known = [] if right and closest is not None else [each.under(declaration) for each in models(scene)]
-    acting, others, idle = _sifted(scene, known, found, x, y, closest)
+    acting, others, idle = _sifted(scene, known, found, x, y, closest, told)
     for place, model in enumerate((reference, *acting)):
         if closest is not None and sum(each.fits for each in made[1:]) >= ENOUGH:
             others += tuple(each.name for each in acting[place - 1 :])
@@ -163,13 +174,22 @@ def explain_pixel(
                 probe=probe(drawn, options, x + 0.5, y + 0.5),
             )
         )
-    return PixelExplanation(x, y, _rgb(found), tuple(made), others, idle)
+    return PixelExplanation(x, y, _rgb(found), tuple(made), others, idle, told)
 
 
 def _sifted(
-    scene: Scene, all_models: list[Model], found: npt.NDArray[np.float64], x: int, y: int, closest: int | None
+    scene: Scene,
+    all_models: list[Model],
+    found: npt.NDArray[np.float64],
+    x: int,
+    y: int,
+    closest: int | None,
+    told: tuple[str, ...],
 ) -> tuple[list[Model], tuple[str, ...], tuple[str, ...]]:
-    """The ``closest`` models, nearest first, the names of those farther off, and of those that change nothing here."""
+    """The ``closest`` models, nearest first, the names of those farther off, and of those that change nothing here.
+
+    Before the nearest come those that are ``told`` of the whole picture.
+    """
     if closest is None:
         return all_models, (), ()
     rows = range(max(0, y - 1), min(scene.height, y + 2))
@@ -188,8 +208,9 @@ def _sifted(
         # where an edge crosses the pixel it holds some of what its neighbours show: the found value may lie between
         between = float(np.abs(found - np.clip(found, drawn.min(axis=0), drawn.max(axis=0))).max())
         distances[place] = (float(np.abs(found - drawn[own]).max()), between)
-    by_centre = sorted(distances, key=lambda place: distances[place])
-    by_edge = sorted(distances, key=lambda place: distances[place][::-1])
+    untold = {place: all_models[place].name not in told for place in distances}
+    by_centre = sorted(distances, key=lambda place: (untold[place], *distances[place]))
+    by_edge = sorted(distances, key=lambda place: (untold[place], *distances[place][::-1]))
     taken = list(dict.fromkeys(place for pair in zip(by_centre, by_edge, strict=True) for place in pair))[:closest]
     others = tuple(all_models[place].name for place in by_centre if place not in taken)
     return [all_models[place] for place in taken], others, tuple(idle)

@@ -390,6 +390,10 @@ def _typed(kind: str, value: Any) -> Any:
     """``value`` as the Sdf type called ``kind`` holds it."""
     if kind == "asset":
         return Sdf.AssetPath(value)
+    if kind == "matrix4d":
+        return Gf.Matrix4d(*value)
+    if kind == "token[]":
+        return Vt.TokenArray(value)
     if kind in ("color3f", "normal3f"):
         return Gf.Vec3f(*value)
     if kind == "color3f[]":
@@ -408,4 +412,4 @@ def _shown(value: Any) -> str:
         return text if len(text) <= 60 else f"{text[:57]}..."
     if isinstance(value, int | float):
         return f"{value:g}"
-    return f"({', '.join(f'{part:g}' for part in value)})"
+    return f"({', '.join(part if isinstance(part, str) else f'{part:g}' for part in value)})"

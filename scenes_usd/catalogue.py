@@ -13,6 +13,7 @@ from typing import Any
 from notabug.scenes_usd.card import CLASSES, OWN_CARD, read_card
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.fence import check_inside
+from notabug.scenes_usd.nearest import instead_of
 from notabug.scenes_usd.reader import CORPUS, scene_id
 from notabug.scenes_usd.scene import Card, Scene
 from notabug.scenes_usd.untrusted import is_trusted
@@ -67,8 +68,8 @@ def entry(scene: str) -> Entry:
     for each in scenes():
         if each.id == scene:
             return each
-    known = ", ".join(each.id for each in scenes())
-    raise SelectionError(f"no scene called {scene!r}", expected=f"one of {known}")
+    expected, meant = instead_of(scene, (each.id for each in scenes()))
+    raise SelectionError(f"no scene called {scene!r}", expected=expected, do=meant)
 
 
 def read_entry(path: Path) -> Entry:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.fence import SUFFIXES as SUFFIXES
 from notabug.scenes_usd.look import Look
+from notabug.scenes_usd.nearest import SEE_SCENES, instead_of
 from notabug.scenes_usd.scene import Scene
 from notabug.scenes_usd.untrusted import check_looks, problems
 
@@ -57,10 +58,9 @@ def find(source: str | Path, variants: Mapping[str, str] | None = None, view: Vi
     corpus = CORPUS / f"{source}.usda"
     if isinstance(source, str) and len(path.parts) == 2 and ".." not in path.parts and corpus.is_file():
         return corpus
-    known = ", ".join(f"{each.parent.name}/{each.stem}" for each in sorted(CORPUS.glob("*/*.usda")))
-    raise SelectionError(
-        f"no scene called {str(source)!r}", expected=f"one of {known}, or the path of a {', '.join(SUFFIXES)} file"
-    )
+    known = (f"{each.parent.name}/{each.stem}" for each in sorted(CORPUS.glob("*/*.usda")))
+    expected, meant = instead_of(str(source), known, more=f"the path of a {', '.join(SUFFIXES)} file", see=SEE_SCENES)
+    raise SelectionError(f"no scene called {str(source)!r}", expected=expected, do=meant)
 
 
 Asked = tuple[str, tuple[tuple[str, str], ...]]

@@ -10,6 +10,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdRender
 
 from notabug.scenes_usd.errors import SceneError, SelectionError
+from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.reader_values import (
     ORTHOGONAL,
     blamed,
@@ -33,6 +34,8 @@ _TENTHS = 10.0  # apertures and focal lengths are in tenths of the scene's unit
 DEFAULT_SIZE = (256, 256)
 _MAX_SIDE = 1 << 14
 _NARROWEST = 1e-2  # of a pixel's width over its height
+_PAIRS = ((0, 1), (0, 2), (1, 2))  # of axes
+_RIGHTED = "xformOp:transform:notabug"  # the one transform of a camera that `adapt` rights
 _NEAR, _FAR = 1.0, 1e6  # the schema's clipping range: in the place of one that is refused
 
 
@@ -186,11 +189,14 @@ def _rigid(prim: Usd.Prim, matrix: Floats) -> tuple[Floats, float]:
     scale = float(np.cbrt(abs(np.linalg.det(linear))))
     even = np.allclose(linear @ linear.T, scale * scale * np.eye(3), rtol=0, atol=ORTHOGONAL * scale * scale)
     if turns_over(linear) or not even:
+        how = _unlike_a_rotation(linear)
         raise fault(
             prim,
             "xformOpOrder",
             "the camera is mirrored, sheared or scaled unevenly",
             expected="rotation and translation",
+            got=how,
+            mends=_righted(prim, matrix, scale, how),
         )
     if np.allclose(linear @ linear.T, np.eye(3), rtol=0, atol=1e-14):
         return matrix, 1.0  # a rotation already: keep its bits
@@ -198,6 +204,36 @@ def _rigid(prim: Usd.Prim, matrix: Floats) -> tuple[Floats, float]:
     rigid = matrix.copy()
     rigid[:3, :3] = u @ v
     return rigid, scale
+
+
+def _unlike_a_rotation(linear: Floats) -> str:
+    """What the axes of a regular matrix (3, 3) are that no rotation has, in words."""
+    lengths = np.linalg.norm(linear, axis=1)
+    axes = linear / lengths[:, None]
+    angles = {
+        f"{'xyz'[a]} and {'xyz'[b]}": math.degrees(math.acos(np.clip(axes[a] @ axes[b], -1, 1))) for a, b in _PAIRS
+    }
+    skew, between = max((abs(angle - 90.0), pair) for pair, angle in angles.items())
+    said = ["axes of a left hand"] if turns_over(linear) else []
+    if skew > math.degrees(ORTHOGONAL):
+        said.append(f"{angles[between]:.7g} degrees between {between}")
+    if float(np.ptp(lengths)) > 0.5 * ORTHOGONAL * float(lengths.max()):
+        said.append(f"axes {', '.join(f'{length:.7g}' for length in lengths)} long")
+    return ", ".join(said)
+
+
+def _righted(prim: Usd.Prim, matrix: Floats, scale: float, how: str) -> tuple[Opinion, ...]:
+    """The opinions that give the camera the nearest rotation, whatever its parents do, and its mean scale."""
+    upright = matrix.copy()
+    if turns_over(matrix[:3, :3]):
+        upright[0, :3] *= -1.0  # it looks where it looked, with the same side up
+    u, _, v = np.linalg.svd(upright[:3, :3])
+    upright[:3, :3] = scale * (u @ v)
+    value = tuple(upright.ravel().tolist())
+    return (
+        *opinion(prim, _RIGHTED, "matrix4d", value, f"the nearest rotation: {how}"),
+        *opinion(prim, "xformOpOrder", "token[]", ("!resetXformStack!", _RIGHTED)),
+    )
 
 
 def _range(prim: Usd.Prim) -> tuple[float, float]:

@@ -23,11 +23,11 @@ from notabug.metrics.verdict import Verdict
 from notabug.printable import escaped
 from notabug.references.cache import cache_root
 from notabug.references.predict import predict
-from notabug.results.wording import number
-from notabug.runs.calibration import CARDS, objection, textured
+from notabug.results.wording import number, readable
+from notabug.runs.calibration import CARDS, as_judged, objection, textured
 from notabug.runs.folders import write_json
 from notabug.runs.judge_files import judge_pictures
-from notabug.runs.plan import find_renderers
+from notabug.runs.plan import find_renderers, left_out
 from notabug.runs.progress import console
 from notabug.runs.provenance import fingerprint
 from notabug.runs.selection import Choice
@@ -57,9 +57,10 @@ def command(renderers: Sequence[str], samples: int, timeout: float, fresh: bool,
     """Calibrate ``renderers`` (all that are installed when empty) and print what was read."""
     quiet = console(stderr=True)
     asked = {name: adapter_called(name) for name in dict.fromkeys(renderers)} if renderers else adapters()
-    found, missing = find_renderers(
-        asked, lambda name, why: quiet.print(f"{name}: not installed. {why}", markup=False, soft_wrap=True)
-    )
+    whys: dict[str, str] = {}
+    found, missing = find_renderers(asked, whys.__setitem__)
+    for line in left_out(whys, asked=bool(renderers)):
+        quiet.print(line, markup=False, soft_wrap=True)
     quality = Quality(samples=samples, timeout=timeout)
     results = [calibrate(each, there, quality, fresh=fresh) for each, there in found.values()]
     if as_json:
@@ -106,7 +107,7 @@ def _measure(adapter: Adapter, found: Found, quality: Quality) -> Calibrated:
         refused = objection(drawn.reading, drawn.verdict, partial(_other, adapter, rest, quality))
         passed = drawn.verdict.word in ("pass", "limitation")
         sentence = refused or ("" if passed else f"{UNNAMED_BUG}: {drawn.verdict.message}")
-        reading = _plain(drawn.reading)
+        reading = _plain(as_judged(drawn.reading, drawn.verdict))
         return Calibrated(adapter.name, found.version, not refused, sentence, drawn.card, drawn.verdict.word, reading)
     return Calibrated(adapter.name, found.version, False, f"it can draw none of the cards: {unsupported}")
 
@@ -171,7 +172,7 @@ def _show(each: Calibrated) -> None:
     for name, value in (
         ("card", f"{each.card}: {each.verdict}{', remembered' if each.cached else ''}"),
         ("gain, gamma", f"{number(read['gain'], 5)}, {number(read['gamma'], 4)}{' (sRGB)' if read['srgb'] else ''}"),
-        ("orientation, channels", f"{read['orientation'] or 'upright'}, {read['channels']}"),
+        ("orientation, channels", f"{readable(read['orientation']) or 'upright'}, {read['channels']}"),
         ("shift (right, down)", f"{read['shift'][0]:+.2f}, {read['shift'][1]:+.2f} pixels"),
         ("magnification", number(read["scale"], 5)),
         ("filter width", f"{read['width']:.2f} pixels (a box has 0.29)"),

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.text import Text
 
 from notabug.adapters.base import Quality
+from notabug.adapters.command import Command
 from notabug.adapters.registry import adapter, adapters
 from notabug.ending import Stopped, exit_state
 from notabug.exit_codes import ExitCode
@@ -26,7 +27,7 @@ from notabug.results.record import load
 from notabug.results.wording import counted, duration, tally
 from notabug.runs import workarounds
 from notabug.runs.folders import write_json
-from notabug.runs.plan import Plan, find_renderers
+from notabug.runs.plan import Plan, find_renderers, left_out
 from notabug.runs.progress import Board, Detail, console, listing, messages, states
 from notabug.runs.run import Run, run
 from notabug.runs.selection import OWN_FOLDER, Choice, NothingSelectedError, choose, parse_variants, part, quick
@@ -110,10 +111,10 @@ def _plan(asked: Asked, choices: Sequence[Choice], gate: Gate, quiet: Console) -
     wanted = {name: adapter(name) for name in names} if names else adapters()
     required = {name: adapter(name) for name in asked.require}
 
-    def note(name: str, why: str) -> None:
-        quiet.print(Text(f"{name}: not installed, left out. {why}", style="yellow"), soft_wrap=True)
-
-    found, missing = find_renderers(wanted, note)
+    whys: dict[str, str] = {}
+    found, missing = find_renderers(wanted, whys.__setitem__)
+    for line in left_out(whys, asked=bool(names)):
+        quiet.print(Text(line, style="yellow"), soft_wrap=True)
     for name, renderer in required.items():
         if name not in found:
             renderer.find()  # raises with the way to install it
@@ -191,7 +192,11 @@ def _beginning(plan: Plan) -> str:
     names = ", ".join(plan.renderers)
     jobs = sum(len(plan.wanted(choice)) for choice in plan.choices)
     first = not (plan.out / "run.json").is_file()
-    known = f"; the first run takes {duration(jobs * FIRST)} on two idle cores, later ones keep what is finished"
+    own = [name for name, (adapter, _) in plan.renderers.items() if isinstance(adapter, Command)]
+    drawing = f", and what {' and '.join(own)} {'takes' if len(own) == 1 else 'take'} to draw" if own else ""
+    known = (
+        f"; the first run takes {duration(jobs * FIRST)} on two idle cores{drawing}; later ones keep what is finished"
+    )
     takes = known if first and jobs * FIRST >= LONG else ""
     what = f"{counted(len(plan.choices), 'scene')}, {counted(jobs, 'job')}"
     return f"rendering and judging {what} with {names}; results go to {plan.out}{takes}"

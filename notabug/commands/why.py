@@ -55,7 +55,9 @@ def command(
         declaration = declare([picture], filter_name, None, precision, srgb=srgb, noisy=None, said=said(declare_words))
     else:
         declaration = replace(known.declaration(), **said(declare_words))
-    found = explain_pixel(picture.pixels, scene, declaration, x, y, closest=None if every or as_json else CLOSEST)
+    told = () if known is None else tuple(each.name for each in known.result.verdict.findings)
+    closest = None if every or as_json else CLOSEST
+    found = explain_pixel(picture.pixels, scene, declaration, x, y, closest=closest, told=told)
     if as_json:
         read = {"channels": list(picture.judged), "notes": list(picture.notes)}
         print(escaped(json.dumps(found.as_dict() | read, ensure_ascii=False, allow_nan=False)))

@@ -14,7 +14,7 @@ from notabug.metrics.verdict import GLYPH, Verdict
 from notabug.results.expectation import State, Statement
 from notabug.results.shape import FILE, FLAG, NAME, NUMBER, TEXT, WHOLE, Fields, Many, Value, check, read_document
 from notabug.results.shape import RecordError as RecordError
-from notabug.scenes_usd.errors import NotabugError
+from notabug.scenes_usd.errors import FileError, NotabugError
 
 SCHEMA = 1
 
@@ -195,8 +195,15 @@ def load(out: Path) -> dict[str, Any]:
             got = ascii(document.get("schema"))[:60]
             raise RecordError("not a run's record", where=str(path), expected=f"schema {SCHEMA}", got=got)
         check(document, RUN, str(path))
+    except (FileNotFoundError, NotADirectoryError):
+        raise NotabugError(
+            "there is no run here",
+            where=str(out),
+            expected="a folder with a run.json, as `notabug run` and `notabug judge --out` write it",
+            do="check the path",
+        ) from None
     except OSError as error:
-        raise NotabugError("cannot read the run", where=str(path), got=error.strerror or "", do="notabug run") from None
+        raise FileError.of(error, where=str(path)) from None
     for key, value in DEFAULTS.items():
         there = document.get(key, value)
         document[key] = {**value, **there} if isinstance(value, dict) else there

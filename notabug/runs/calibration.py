@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from notabug.adapters.base import Adapter, Quality
-from notabug.metrics.verdict import Verdict
+from notabug.metrics.verdict import Finding, Verdict
 from notabug.results.record import Result
 from notabug.runs.selection import Choice
 
@@ -54,10 +55,39 @@ def objection(reading: Reading, verdict: Verdict, plain: Callable[[], Reading | 
         upright = plain()
         if upright is not None and not upright.orientation and "not_the_card" not in upright.causes:
             return _OF_TEXTURE[reading.orientation]
-    if reading.causes:
+    if reading.causes and not _better_judged(reading, verdict):
         return reading.sentence
-    faults = [each for each in verdict.findings if each.kind == "bug" and each.name in ADAPTER_FAULTS]
-    return "; ".join(each.message or each.name.replace("_", " ") for each in faults)
+    return "; ".join(each.message or each.name.replace("_", " ") for each in _accusing(verdict))
+
+
+def as_judged(reading: Reading, verdict: Verdict) -> Reading:
+    """``reading`` with the judge's shift and gain where it is the judge that accuses the adapter.
+
+    Beside a sentence of the judge's the table would deny it otherwise.
+    """
+    accused = {each.name for each in _accusing(verdict)}
+    if not accused or (reading.causes and not _better_judged(reading, verdict)):
+        return reading
+    told = verdict.numbers
+    if "pixel_shift" in accused and {"shift_x", "shift_y"} <= told.keys():
+        reading = replace(reading, shift=(told["shift_x"], told["shift_y"]))
+    if "light_gain" in accused and "gain" in told:
+        reading = replace(reading, gain=told["gain"])
+    return reading
+
+
+def _better_judged(reading: Reading, verdict: Verdict) -> bool:
+    """Whether a shift was read, and nothing else, that the judge finds too.
+
+    The judge tells it by predicted pictures. With one sample a pixel the edges of the card alone may mistake a tenth of
+    a pixel, or see no shift at all.
+    """
+    return reading.causes == ("pixel_shift",) and [each.name for each in _accusing(verdict)] == ["pixel_shift"]
+
+
+def _accusing(verdict: Verdict) -> list[Finding]:
+    """The findings of the judge that accuse the adapter."""
+    return [each for each in verdict.findings if each.kind == "bug" and each.name in ADAPTER_FAULTS]
 
 
 def refusal(

@@ -1,6 +1,6 @@
 """What a run is to do: the plan, one task of it, what came of one, and who watches.
 
-``find_renderers`` says which renderers are there to be planned with.
+``find_renderers`` says which renderers are there to be planned with, ``left_out`` tells of the others.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Protocol
 
 from notabug.adapters.base import Adapter, Found, Quality, RendererMissingError
+from notabug.adapters.environment import RECIPES
 from notabug.results.gate import Gate
 from notabug.results.record import Result
 from notabug.runs.selection import Choice
@@ -103,6 +104,20 @@ def reproduce(choice: Choice, renderer: str, quality: Quality) -> str:
     if len(quality.seeds) != len(Quality().seeds):
         words += ["--seeds", str(len(quality.seeds))]
     return shlex.join(words)
+
+
+def left_out(whys: Mapping[str, str], *, asked: bool) -> list[str]:
+    """The lines that tell of renderers that are not installed, ``whys`` by name.
+
+    Those that nobody needs to have, since notabug installs them where somebody wants them, are one line unless they are
+    ``asked`` for.
+    """
+    optional = [name for name in whys if name in RECIPES and not asked]
+    lines = [f"{name}: not installed, left out. {why}" for name, why in whys.items() if name not in optional]
+    if len(optional) > 1:
+        how = "`notabug install NAME` gets one, `notabug install` says how large they are"
+        return [*lines, f"not installed, left out: {', '.join(optional)}; {how}"]
+    return lines + [f"{name}: not installed, left out. {whys[name]}" for name in optional]
 
 
 def find_renderers(

@@ -12,6 +12,7 @@ from pathlib import Path
 from notabug.adapters.base import Adapter
 from notabug.scenes_usd import catalogue
 from notabug.scenes_usd.errors import NotabugError, SceneError, SelectionError
+from notabug.scenes_usd.nearest import SEE_SCENES, instead_of
 from notabug.scenes_usd.reader import SUFFIXES, find, look_through, scene_id
 from notabug.scenes_usd.scene import Scene
 from notabug.scenes_usd.view import AS_IT_IS, View, as_text, read_variant_word, variant_word
@@ -176,11 +177,9 @@ def _sources(word: str) -> list[str]:
         return [each for each in ids if each.partition("/")[0] == word]
     if any(mark in word for mark in "*?["):
         return [each for each in ids if fnmatchcase(each, word)]
-    raise SelectionError(
-        f"no scene or class called {word!r}",
-        expected=f"one of {', '.join(ids)}, a class, a glob, or a {'/'.join(SUFFIXES)} file",
-        do="see `notabug list scenes`",
-    )
+    known = dict.fromkeys([*(each.partition("/")[0] for each in ids), *ids])
+    expected, meant = instead_of(word, known, more=f"a glob, or a {'/'.join(SUFFIXES)} file", see=SEE_SCENES)
+    raise SelectionError(f"no scene or class called {word!r}", expected=expected, do=meant)
 
 
 def _sets(entry: catalogue.Entry, wanted: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:

@@ -141,6 +141,20 @@ def test_a_wrong_table_is_refused_by_key(values: dict[str, Any], says: str) -> N
     assert "notabug.toml.renderers.mine" in str(error.value)
 
 
+@pytest.mark.parametrize(
+    "values", [GOOD, {"command": ["./render"]}, {"files": "renders"}, {"scene": "json", "image": "pfm"}]
+)
+def test_one_s_own_renderer_needs_a_name_of_its_own(values: dict[str, Any]) -> None:
+    with pytest.raises(ConfigError, match=r"notabug itself has .* 'mine'.*call the table, say, \[renderers.my_mine\]"):
+        configured("mine", table(**values), {"mine": ZBuffer()})
+
+
+@pytest.mark.parametrize("values", [{"depth": "fixed16"}, {"adapter": "mine", "depth": "fixed16"}])
+def test_a_table_of_a_known_name_sets_it(values: dict[str, Any]) -> None:
+    made = configured("mine", table(**values), {"mine": ZBuffer()})
+    assert (made.name, getattr(made, "depth", "")) == ("mine", "fixed16")
+
+
 def test_a_known_adapter_can_be_set_under_another_name() -> None:
     made = configured("coarse", table(adapter="zbuffer", depth="fixed16"), {"zbuffer": ZBuffer()})
     assert isinstance(made, ZBuffer)

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +16,11 @@ from notabug.adapters.base import Adapter, Found, Quality, Render
 from notabug.adapters.inhouse import InHouse
 from notabug.adapters.zbuffer import ZBuffer
 from notabug.commands.calibrate import calibrate, command
+from notabug.metrics.calibration import Reading
+from notabug.metrics.verdict import Finding, Verdict
 from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import models
+from notabug.runs.calibration import as_judged
 from notabug.runs.first_card import calibrate as calibrate_in_run
 from notabug.runs.plan import Plan, Silent
 from notabug.scenes_usd.picture import read_picture, write_exr
@@ -65,10 +68,14 @@ def edited(name: str) -> Fault:
 
 @dataclass(frozen=True, slots=True)
 class HalfOff(InHouse):
-    """The ray tracer with its rays through the corners of pixels."""
+    """The ray tracer with its rays beside the centres of pixels, through their corners where nothing else is said."""
+
+    right: float = 0.5
+    down: float = 0.5
 
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
-        return InHouse.render(self, pixel_shift(scene.width, scene.height, 0.5, 0.5).edit(scene), out, quality)
+        moved = pixel_shift(scene.width, scene.height, self.right, self.down).edit(scene)
+        return InHouse.render(self, moved, out, quality)
 
 
 def dots(picture: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
@@ -100,6 +107,35 @@ def test_calibrate_and_run_refuse_for_the_same_cause(promise: str, tmp_path: Pat
     assert says in refused
     if promise == "v downwards":
         assert "upside down" not in refused
+
+
+@pytest.mark.parametrize(("right", "down"), [(0.5, 0.5), (-0.5, 0.0), (0.0, 0.5)])
+def test_the_numbers_of_a_refused_card_are_those_of_its_sentence(right: float, down: float) -> None:
+    """With one sample a pixel the card's edges do not tell the shift, and the judge's predictions do."""
+    asked = calibrate(HalfOff(right=right, down=down), Found("1", "here"), Quality(samples=1))
+    assert not asked.fine
+    assert f"({right:+.2f}, {down:+.2f})" in asked.sentence
+    assert asked.reading["shift"] == pytest.approx([right, down], abs=0.06)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "causes", "shift", "gain"),
+    [
+        ("pixel_shift", "bug", (), (0.25, -0.5), 1.0),
+        ("light_gain", "bug", (), (0.0, 0.0), 1.02),
+        ("light_gain", "limitation", (), (0.0, 0.0), 1.0),  # which accuses nobody
+        ("pixel_shift", "bug", ("pixel_shift",), (0.25, -0.5), 1.0),  # what both find, the judge tells more exactly
+        ("pixel_shift", "bug", ("upside_down",), (0.0, 0.0), 1.0),  # what was read accuses
+        ("field_of_view", "bug", (), (0.0, 0.0), 1.0),
+    ],
+)
+def test_the_judge_s_numbers_are_told_where_its_finding_accuses(
+    name: str, kind: Literal["limitation", "bug"], causes: tuple[str, ...], shift: tuple[float, float], gain: float
+) -> None:
+    found = Finding(kind, name, 1.0, (0, 0, 1, 1))
+    verdict = Verdict("bug", findings=(found,), numbers={"shift_x": 0.25, "shift_y": -0.5, "gain": 1.02})
+    told = as_judged(Reading(causes=causes), verdict)
+    assert (told.shift, told.gain) == (shift, gain)
 
 
 def test_acne_on_the_card_is_a_bug_and_no_blur(tmp_path: Path) -> None:

@@ -14,13 +14,21 @@ from typing import Any, get_type_hints
 import pytest
 import typer
 
+from notabug.adapters.base import Found
+from notabug.adapters.config import Table
+from notabug.adapters.configured import configured
+from notabug.adapters.zbuffer import ZBuffer
 from notabug.cli import _told, app
 from notabug.command_line import completing
 from notabug.command_line.examples import EXAMPLES
+from notabug.commands.run import _beginning
 from notabug.results.wording import duration
+from notabug.runs.plan import Plan, left_out
+from notabug.runs.selection import choose
 from notabug.scenes_usd.errors import ManyFaultsError, SceneError
 from notabug.scenes_usd.opinion import Opinion
 
+TABLE = Table({"command": ["./mine", "{scene}", "{image}"]}, "renderers.mine", Path())
 COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 NO_DATA: frozenset[str] = frozenset()  # commands that yield nothing a program would read
 
@@ -87,6 +95,34 @@ def test_a_file_that_no_layer_can_mend_is_not_sent_to_adapt(
     out = capsys.readouterr().out
     assert "out of the contract" in out
     assert "adapt" not in out
+
+
+@pytest.mark.parametrize(
+    ("missing", "asked", "lines"),
+    [
+        ((), False, 0),
+        (("vtk",), False, 1),
+        (("vtk", "cycles", "pygfx"), False, 1),
+        (("vtk", "cycles", "pygfx"), True, 3),
+        (("vtk", "cycles", "mine", "povray"), False, 3),  # one's own and a system's are told by themselves
+    ],
+)
+def test_renderers_that_nobody_need_have_are_one_line(missing: tuple[str, ...], asked: bool, lines: int) -> None:
+    told = left_out({name: f"install it ({name})" for name in missing}, asked=asked)
+    assert len(told) == lines
+    assert all(name in " ".join(told) for name in missing)
+    assert ("install it (mine)" in " ".join(told)) == ("mine" in missing)
+
+
+@pytest.mark.parametrize(
+    ("own", "told"),
+    [(0, ""), (1, ", and what mine0 takes to draw"), (2, ", and what mine0 and mine1 take to draw")],
+)
+def test_nobody_knows_how_long_a_renderer_of_one_s_own_draws(own: int, told: str, tmp_path: Path) -> None:
+    made = {f"mine{at}": configured(f"mine{at}", TABLE, {}) for at in range(own)}
+    found = {name: (each, Found("1", "here")) for name, each in {"zbuffer": ZBuffer(), **made}.items()}
+    said = _beginning(Plan(tuple(choose(["terminator", "texture", "acne", "phong"], {})), found, tmp_path))
+    assert f"on two idle cores{told}; later ones" in said
 
 
 def test_a_run_says_what_it_does_and_how_long_that_takes(door: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -147,7 +147,7 @@ def test_a_page_keeps_only_the_pictures_that_it_shows(tmp_path: Path) -> None:
 
 def test_a_baseline_that_is_no_run_is_refused(door: Any, tmp_path: Path) -> None:
     assert door.run("terminator/sphere", "--baseline", str(tmp_path / "none")) == 2
-    assert "cannot read the run" in door.stderr
+    assert "there is no run here" in door.stderr
     assert door.grey.drawn == []
 
 

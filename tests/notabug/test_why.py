@@ -13,7 +13,7 @@ import pytest
 from notabug.adapters.base import Quality
 from notabug.adapters.registry import adapter
 from notabug.commands.why import parse_pixel
-from notabug.metrics.verdict import Verdict
+from notabug.metrics.verdict import Finding, Verdict
 from notabug.metrics.why import ENOUGH, explain_pixel
 from notabug.references.predict import preview
 from notabug.results.of_run import origin
@@ -138,6 +138,30 @@ def test_what_fits_is_among_the_few_that_are_looked_at_closely(run_of_a_scene: P
     assert min(len(best), ENOUGH) <= len({each.name for each in few.ranked() if each.fits} & best)
     told = [each.name for each in few.predictions[1:]]
     assert sorted([*told, *few.others, *few.idle]) == sorted(each.name for each in whole.predictions[1:])
+
+
+def test_of_many_that_fit_the_verdict_on_the_whole_picture_chooses(run_of_a_scene: Path, desk: Any) -> None:
+    """One black pixel is explained by a missing object, light or face alike: what the judge found is told first."""
+    known = origin(run_of_a_scene)
+    assert known is not None
+    scene = read_scene(known.source, *known.choice)
+    pixels = np.array(read_picture(run_of_a_scene).pixels)
+    pixels[Y, X] = 0.0
+    whole = explain_pixel(pixels, scene, known.declaration(), X, Y)
+    fitting = list(dict.fromkeys(each.name for each in whole.ranked() if each.fits))
+    assert len(fitting) > ENOUGH
+    for name in (fitting[1], fitting[len(fitting) // 2], fitting[-1]):
+        few = explain_pixel(pixels, scene, known.declaration(), X, Y, closest=24, told=(name,))
+        assert few.ranked()[0].name == name
+        assert few.as_text(5).count("so says the verdict on the whole picture") >= 1
+    misfit = next(each.name for each in whole.ranked() if not each.fits)
+    assert explain_pixel(pixels, scene, known.declaration(), X, Y, told=(misfit,)).ranked()[0].fits
+    found = Finding("bug", fitting[-1], 1.0, (X, Y, X + 1, Y + 1))
+    result = replace(known.result, verdict=Verdict("bug", (found,)))
+    write_json(known.out / "run.json", {"schema": 1, "results": [result.as_dict()]})
+    write_exr(run_of_a_scene, pixels)
+    assert desk.say("why", str(run_of_a_scene)) == 0
+    assert f"\n1. {fitting[-1]}" in desk.capture.readouterr().out
 
 
 def test_a_right_pixel_is_called_right(desk: Any) -> None:

@@ -719,3 +719,60 @@ def test_textures_are_renumbered_when_others_go() -> None:
     assert (kept.texture, kept.preview) == (1, Preview(roughness_map=2, normal_map=0))
     bare = material.renumbered([4])
     assert (bare.texture, bare.preview) == (-1, Preview(roughness_map=0))
+
+
+CAMERAS = {
+    "mirrored": ("float3 xformOp:scale = (-1, 1, 1)", "axes of a left hand"),
+    "scaled unevenly": ("float3 xformOp:scale = (1, 2, 1)", "axes 1, 2, 1 long"),
+    "sheared by its parent's scale": ("float3 xformOp:scale = (1, 1, 1)", "degrees between"),
+    "written with four digits": (
+        "matrix4d xformOp:scale = ((0.6859, 0.7277, 0, 0), (-0.324, 0.3054, 0.8953, 0), "
+        "(0.6516, -0.6142, 0.4453, 0), (0, 0, 0, 1))",
+        "degrees between",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CAMERAS)
+def test_a_camera_that_is_no_rotation_is_told_how_and_righted(name: str, tmp_path: Path) -> None:
+    """Its eye and where it looks stay, whatever its parents do; nothing of the scene is left out for it."""
+    op, told = CAMERAS[name]
+    op = op.replace("matrix4d xformOp:scale", "matrix4d xformOp:transform")
+    last = "xformOp:transform" if "matrix4d" in op else "xformOp:scale"
+    parent = "(1, 3, 1)" if "parent" in name else "(1, 1, 1)"
+    path = tmp_path / "scene.usda"
+    path.write_text(
+        f"""#usda 1.0
+def Xform "Rig"
+{{
+    float3 xformOp:scale = {parent}
+    uniform token[] xformOpOrder = ["xformOp:scale"]
+    def Camera "Shot"
+    {{
+        double3 xformOp:translate = (3, 1, 4)
+        float3 xformOp:rotateXYZ = (-20, 30, 10)
+        {op}
+        uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ", "{last}"]
+    }}
+}}
+def Sphere "Ball"
+{{
+}}
+def DistantLight "Sun"
+{{
+    float inputs:angle = 0
+}}
+"""
+    )
+    survey = survey_stage(path, "own", {})
+    (refused,) = (remark.error for remark in survey.remarks if remark.error is not None)
+    assert refused.where == "/Rig/Shot.xformOpOrder"
+    assert told in refused.got
+    made = adapt(path, tmp_path / "own.usda", {}, View())
+    assert not [remark for remark in made.survey.remarks if remark.error is not None], made.says
+    scene = read_stage(tmp_path / "own.usda", "own", {})
+    turn = scene.camera.to_world[:3, :3]
+    np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(turn) == pytest.approx(1.0)
+    np.testing.assert_allclose(scene.camera.to_world[3, :3], np.array([3, 3 if "parent" in name else 1, 4]), atol=1e-9)
+    assert len(scene.objects) == len(scene.lights) == 1
