@@ -199,13 +199,13 @@ def test_a_highlight_of_a_dome_is_what_the_surface_reflects_of_it() -> None:
         material = Material("/Metal", (1.0, 1.0, 1.0), preview=Preview(metallic=1.0, roughness=roughness))
         alpha = roughness**2
         # straight from above V = N: H has half the angle of L; Smith's G of both directions
-        nodes, weights = np.polynomial.legendre.leggauss(2000)
-        angle = (nodes + 1) * math.pi / 8  # of H, to 45 degrees
+        step = math.pi / 4 / 200_000
+        angle = (np.arange(200_000) + 0.5) * step  # of H, to 45 degrees
         ch, sh = np.cos(angle), np.sin(angle)
         nl = np.cos(2 * angle)
         d = alpha**2 / (math.pi * (ch**2 * alpha**2 + sh**2) ** 2)
         g = 2 * nl / (nl + np.sqrt(alpha**2 + (1 - alpha**2) * nl**2))
-        total = (d * g / 4 * np.sin(2 * angle) * 2 * 2 * math.pi) @ weights * math.pi / 8
+        total = (d * g / 4 * np.sin(2 * angle) * 2 * 2 * math.pi).sum() * step
         within(seen(light("dome"), material=material), float(total))
 
 
