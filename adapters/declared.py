@@ -29,6 +29,8 @@ CAPABILITIES = frozenset(
     {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
     | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows", "orthographic", "aperture_offset"}
     | {"ggx", "dielectric", "emission", "normal_map"}
+    | {"sphere_light", "rect_light", "disk_light", "cylinder_light", "sun_light", "dome_light"}
+    | {"light_beam", "light_multipliers"}
 )
 _UNSAID = CAPABILITIES - {
     "orthographic",
@@ -37,7 +39,15 @@ _UNSAID = CAPABILITIES - {
     "dielectric",
     "emission",
     "normal_map",
-}  # cameras and surfaces that no driver knows which was written before them
+    "sphere_light",
+    "rect_light",
+    "disk_light",
+    "cylinder_light",
+    "sun_light",
+    "dome_light",
+    "light_beam",
+    "light_multipliers",
+}  # cameras, surfaces and lights that no driver knows which was written before them
 
 
 # What a table's renderer does where the table does not say: as the contract has it, or as far as that differs from

@@ -72,7 +72,7 @@ def _sun(light: Light, emitter: Emitter, scene: Scene) -> dict[str, Any]:
 
 
 def _shape(light: Light, emitter: Emitter) -> dict[str, Any]:
-    x, y, z = emitter.axes
+    x, y, _ = emitter.axes
     centre = np.asarray(light.position)
     lengths = np.linalg.norm(emitter.axes, axis=1)
     cosines = np.abs(emitter.axes @ emitter.axes.T / np.outer(lengths, lengths) - np.eye(3))

@@ -87,8 +87,9 @@ def needs(scene: Scene) -> frozenset[str]:
     """The capabilities that ``scene`` asks for: what its card requires and what its content implies.
 
     Words: mesh, sphere, normals, uv, texture, point_light, distant_light, with a size sphere_light, rect_light,
-    disk_light, cylinder_light, sun_light (distant, with an angle) and dome_light, light_beam, light_multipliers, opacity, phong, blinn, cosine_weighted,
-    coloured_highlight, mirror, transmission, orthographic, aperture_offset; of a UsdPreviewSurface ggx, and
+    disk_light, cylinder_light, sun_light (distant, with an angle) and dome_light, light_beam, light_multipliers,
+    opacity, phong, blinn, cosine_weighted, coloured_highlight, mirror, transmission, orthographic,
+    aperture_offset; of a UsdPreviewSurface ggx, and
     dielectric where it is not all metal, emission, normal_map. A card may also require shadows; whether
     any fall is not looked at here, since that takes a picture: see ``requirements.shadows_fall``.
     """

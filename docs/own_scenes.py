@@ -507,7 +507,8 @@ FEATURES = (
         "light",
         "rectangle, scaled and normalised, with its multipliers",
         "read",
-        light='def RectLight "Light"\n{\nfloat inputs:intensity = 40\nbool inputs:normalize = 1\nfloat inputs:diffuse = 0.8\n'
+        light='def RectLight "Light"\n{\nfloat inputs:intensity = 40\nbool inputs:normalize = 1\n'
+        "float inputs:diffuse = 0.8\n"
         "float inputs:specular = 0.5\ndouble3 xformOp:translate = (0, 0, 6)\nfloat3 xformOp:scale = (2, 3, 1)\n"
         'uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]\n}\n',
     ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -30,7 +31,7 @@ def area(light: Light) -> float:
         across = np.sin(turn)[:, None] * -y + np.cos(turn)[:, None] * z
         return float(np.linalg.norm(np.cross(x, across), axis=1).mean() * 2.0 * math.pi * 2.0)
     if light.kind == "sphere":
-        heights, weights = np.polynomial.legendre.leggauss(_NODES)
+        heights, weights = _gauss()
         inverse = np.linalg.inv(emitter.axes)  # a row vector of the unit sphere is a world vector times this
         round_ = np.sqrt(1.0 - heights**2)
         normals = np.stack(
@@ -40,6 +41,12 @@ def area(light: Light) -> float:
         return float((weights[:, None] * grown).sum() * (2.0 * math.pi / _NODES))
     flat = float(np.linalg.norm(np.cross(x, y)))
     return math.pi * flat if light.kind == "disk" else 4.0 * flat
+
+
+@cache
+def _gauss() -> tuple[Floats, Floats]:
+    """Gauss and Legendre's nodes and weights."""
+    return np.polynomial.legendre.leggauss(_NODES)
 
 
 def side(emitter: Emitter) -> Floats:

@@ -151,6 +151,7 @@ def read_shape(prim: Usd.Prim, kind: str) -> Light:
     if getattr(value(prim, name, "asset"), "path", ""):
         none = opinion(prim, name, "asset", "")
         refuse(fault(prim, name, "textures of lights are not supported", expected="a constant colour", mends=none))
+    note("approximated", where(prim), "its direct light only, and the light itself is not seen")
     normalized = kind != "dome" and bool(value(prim, "inputs:normalize", "flag", False))
     exposure = number(prim, "inputs:exposure", 0.0, low=-1000.0, high=1000.0)
     size = area(light)

@@ -189,16 +189,14 @@ class Emitter:
     """What gives a light its size: a unit shape whose axes are the rows of ``axes`` (3, 3) in world space.
 
     ``sphere``: the ball of radius 1. ``rect``: |x|, |y| <= 1 at z = 0, and ``disk``: x^2 + y^2 <= 1 at z = 0, both to
-    the side of -z only. ``cylinder``: y^2 + z^2 = 1, |x| <= 1, outward, without its ends. ``sun``: the directions within
-    ``half_angle`` (radians) of the light's. ``dome``: every direction; ``texture`` is an index into Scene.textures of a
-    latitude-longitude picture that multiplies the radiance, or -1.
+    the side of -z only. ``cylinder``: y^2 + z^2 = 1, |x| <= 1, outward, without its ends. ``sun``: directions within
+    ``half_angle`` (radians) of the light's. ``dome``: every direction.
 
     ``normalized`` and ``exposure`` are what the file says; the light's radiance has both in it already.
     """
 
     axes: Floats = field(default_factory=lambda: np.eye(3))
     half_angle: float = 0.0
-    texture: int = -1
     normalized: bool = False
     exposure: float = 0.0
 

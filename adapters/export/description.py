@@ -63,6 +63,13 @@ def _camera(camera: Camera) -> dict[str, Any]:
 
 def _light(light: Light) -> dict[str, Any]:
     said: dict[str, Any] = {} if light.shadow_map is None else {"shadow_map": asdict(light.shadow_map)}
+    said |= {name: factor for name in ("diffuse", "specular") if (factor := getattr(light, name)) != 1.0}
+    if light.shaping is not None:
+        said["beam"] = {"direction": list(light.direction), **asdict(light.shaping)}
+    if light.emitter is not None:
+        placed = {"position": list(light.position), "direction": list(light.direction)}
+        shape = {"axes": light.emitter.axes.tolist(), "half_angle": light.emitter.half_angle}
+        return {"kind": light.kind, **placed, **shape, "radiance": list(light.intensity), **said}
     if light.kind == "point":
         return {"kind": "point", "position": list(light.position), "intensity": list(light.intensity), **said}
     return {"kind": "distant", "direction": list(light.direction), "irradiance": list(light.intensity), **said}

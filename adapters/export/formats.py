@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from notabug.adapters.base import Quality
+from notabug.adapters.base import Quality, UnsupportedError
 from notabug.adapters.export.description import describe, texture_name
 from notabug.scenes_usd.picture import write_png
 from notabug.scenes_usd.scene import Floats, Scene
+
+_POINTS = ("gltf", "pbrt", "povray")  # formats in which lights are written as points and directions alone
 
 
 def export(scene: Scene, kind: str, folder: Path, quality: Quality | None = None) -> Path:
@@ -20,6 +22,14 @@ def export(scene: Scene, kind: str, folder: Path, quality: Quality | None = None
     Beside it lie ``scene.json`` and the textures as 16-bit PNG and as PFM, both linear. ``quality`` enters only where
     the format holds samples and seeds (``mitsuba``).
     """
+    odd = next((each for each in scene.lights if not each.is_plain), None)
+    if odd is not None and kind in _POINTS:
+        raise UnsupportedError(
+            f"a {odd.kind} light with a size, a beam or multipliers has no place in this format here",
+            where=odd.path,
+            expected="point and distant lights",
+            do="choose usd, json or mitsuba, or make the light a point (treatAsPoint)",
+        )
     for index, texture in enumerate(scene.textures):
         write_png(folder / texture_name(index, ".png"), texture.pixels)
         write_pfm(folder / texture_name(index, ".pfm"), texture.pixels)

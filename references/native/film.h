@@ -111,8 +111,8 @@ void render_pixel(const Tracer& given, const Camera<T>& camera, std::int64_t wid
     double* hi = film.hi + 3 * pixel;
     std::int64_t first = 0, last = 0, excuses = 0, asked = 0;
     std::uint8_t differ = 0;
-    Tracer tracer = given;
-    tracer.cubature.points = pattern.directions;
+    std::conditional_t<Tracer::sized, Tracer, const Tracer&> tracer = given;
+    if constexpr (Tracer::sized) tracer.cubature.points = pattern.directions;
     std::uint64_t hidden = 0, open = 0;
     Estimate estimate(pattern.grid, samples);
     // halfway between two samples that see other objects, `a` and `b`: to what lies hidden at their border

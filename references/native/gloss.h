@@ -99,29 +99,4 @@ inline Gloss<T> gloss_of(const Scene<T>& scene, int material, const PreviewSurfa
     return made;
 }
 
-// A rule of `points` points in the unit square: Fibonacci's lattice (Sloan and Joe 1994, section 4.3), moved by a shift.
-struct Lattice {
-    std::int64_t points = 1, generator = 0;
-
-    explicit Lattice(std::int64_t about) {
-        std::int64_t before = 1, now = 1;
-        while (now < about) {
-            const std::int64_t next = before + now;
-            before = now, now = next;
-        }
-        points = now, generator = before;
-    }
-
-    template <class T>
-    Unit<T> at(std::int64_t j, const Unit<double>& shift) const {
-        const double n = static_cast<double>(points);
-        const double a = (static_cast<double>(j) + 0.5) / n + shift.a;
-        const double b = (static_cast<double>(generator * j % points) + 0.5) / n + shift.b;
-        return {static_cast<T>(inside(a - std::floor(a))), static_cast<T>(inside(b - std::floor(b)))};
-    }
-
-  private:
-    static double inside(double x) { return std::min(std::max(x, 1e-7), 1.0 - 1e-7); }  // of float32 too
-};
-
 }  // namespace notabug

@@ -2,8 +2,8 @@
 // shaded display", CACM 23(6)) as a stack of rays that wait.
 #pragma once
 
-#include "gloss.h"
 #include "shadow_map.h"
+#include "spread.h"
 #include "surface.h"
 
 namespace notabug {
@@ -24,12 +24,6 @@ struct Radiance {
     bool spared;      // the first hit was spared facet self-shadow
     // of the lights with a size those that are all in shadow at the first hit, and those that are all seen
     std::uint64_t hidden = 0, open = 0;
-};
-
-// How lights with a size are sampled: so many directions for each, from a lattice that is moved by a shift.
-struct Cubature {
-    std::int64_t points = 1;
-    Unit<double> shift{0, 0};
 };
 
 // What is told of the first hit; this one listens to nothing. See probe.h for one that does.
@@ -143,105 +137,105 @@ struct Whitted {
             }
             const Light<T>& light = scene.light[k];
             // what one direction adds; `sized`: the light has a size, and this is one of its directions
-            const auto shine = [&](const Seen& to, [[maybe_unused]] const Counted& counts, auto sized) {
-            const T nl = dot(N, to.L), gl = dot(g, to.L);
-            if constexpr (Record::listens) {
-                if (primary && counts.told > 0)
-                    record.light(k, to.distance, gl * s.side, nl, (to.falloff / counts.told) * light.intensity,
-                                 part * counts.told);
-            }
-            if (nl <= 0 && !(option.uncut && scene.lobes.kind)) return;
-            // a highlight ends abruptly where N.L = 0; diffuse light does not
-            if (!sized() && scene.lobes.kind && !gouraud) lit.facing |= std::uint64_t(1) << (k & 63);
-            const T steep = std::abs(gl);
-            const bool dark = sight.unlit || acne(k, ray, hit, at, steep);
-            Vec3<T> share{1, 1, 1};
-            if (dark) {
-                share = {0, 0, 0};
-            } else if (shadows && nl > 0) {
-                // behind, an uncut highlight belongs to a shader without shadows
-                T begin = start.clear;
-                if (option.ties != Ties::nearest)  // what coincides with this surface does not shadow it
-                    begin += T(4) * sight.between / std::max(steep, static_cast<T>(0.001));
-                const Seen aim = !sized() && gouraud && here ? look(light, s.at) : to;
-                const T slope = gouraud && here ? std::max(dot(s.normal, aim.L), T(0)) : nl;
-                const T outside = dot(g, aim.L) * s.side;
-                const T beside = outside > 0 ? start.beside : -start.beside;
-                // from inside a ball its other side is met
-                const int ball = outside > 0 && s.side > 0 && exact ? hit.sphere : -1;
-                const int forgive = option.shadows == Shadows::forgiving ? (here ? 1 : 2) : 0;
-                const ShadowRay<T> shadow{{leave + beside * g + lift * N, aim.L},
-                                          begin,
-                                          aim.end,
-                                          hit.triangle,
-                                          ball,
-                                          exact,
-                                          forgive,
-                                          s.side,
-                                          slope,
-                                          option.transparent_shadows,
-                                          option.shadow_rays == ShadowRays::culled,
-                                          static_cast<T>(option.shadow_gap),
-                                          option.gap_loses};
-                const LightShare<T> through = transmittance<T, F>(scene, shadow);
-                share = through.share;
-                if (!sized() && option.shadow_map != ShadowMap::none)
-                    share = mapped<T, F>(scene, option, k, s.at, N, g, share);
-                lit.forgiven = lit.forgiven || through.forgiven;
+            const auto shine = [&](const Seen& to, [[maybe_unused]] const Counted<T>& counts, auto sized) {
+                const T nl = dot(N, to.L), gl = dot(g, to.L);
                 if constexpr (Record::listens) {
-                    if (primary) record.shadow(scene, k, shadow, through);
+                    if (primary && counts.told > 0)
+                        record.light(k, to.distance, gl * s.side, nl, (to.falloff / counts.told) * light.intensity,
+                                     part * counts.told);
                 }
-            }
-            if constexpr (Record::listens) {
-                if (primary && counts.told > 0) record.share(k, mean(share), part * counts.told);
-            }
-            if constexpr (decltype(sized)::value) {
-                shadowed = shadowed || mean(share) < 1, lighted = lighted || any_positive(share);
-            }
-            if (!any_positive(share)) {
-                if (!sized() && here) lit.blocked |= std::uint64_t(1) << (k & 63);
-                return;
-            }
-            if (!sized() && mean(share) < 1 && here)  // the border of a transparent shadow is an edge too
-                lit.blocked += std::uint64_t(65536) * static_cast<std::uint64_t>(k + 1) *
-                               static_cast<std::uint64_t>(nearest(static_cast<double>(mean(share)) * 1000));
-            const bool mirrored = from.generation >= passages;
-            const Vec3<T> e = part * (static_cast<T>(0.3183098861837907) * (to.falloff * share));
-            // the fault of one view vector for all rays: the camera's
-            const bool wrong = mirrored && option.mirrored_highlight == MirroredHighlight::primary;
-            T raw = 0;
-            if (option.raw_vectors) raw = light.kind == 0 ? to.distance : T(1);
-            T h = highlight(scene.lobes, material, N, to.L, wrong ? primary_view : V, raw);
-            if (mirrored && option.mirrored_highlight == MirroredHighlight::lost) h = 0;
-            Vec3<T> E = mul(e, light.intensity);
-            if constexpr (F::emitters) {
-                if (scene.emitter) E = mul(E, beam(scene.emitter[k], to.L));
-            }
-            const T lambert = std::max(nl, T(0));
-            Vec3<T> diffuse{E.x * colour.x * lambert, E.y * colour.y * lambert, E.z * colour.z * lambert};
-            Vec3<T> specular{0, 0, 0};
-            if constexpr (F::previews) {
-                if (preview.workflow != 0) {
-                    const Reflected<T> part_of = reflected(sized() ? softest : preview, colour, gouraud ? N : bumped,
-                                                              to.L, wrong ? primary_view : V);
-                    diffuse = mul(E, mul(colour, part_of.diffuse));
-                    if (!mirrored || option.mirrored_highlight != MirroredHighlight::lost)
-                        specular = mul(E, part_of.specular);
+                if (nl <= 0 && !(option.uncut && scene.lobes.kind)) return;
+                // a highlight ends abruptly where N.L = 0; diffuse light does not
+                if (!sized() && scene.lobes.kind && !gouraud) lit.facing |= std::uint64_t(1) << (k & 63);
+                const T steep = std::abs(gl);
+                const bool dark = sight.unlit || acne(k, ray, hit, at, steep);
+                Vec3<T> share{1, 1, 1};
+                if (dark) {
+                    share = {0, 0, 0};
+                } else if (shadows && nl > 0) {
+                    // behind, an uncut highlight belongs to a shader without shadows
+                    T begin = start.clear;
+                    if (option.ties != Ties::nearest)  // what coincides with this surface does not shadow it
+                        begin += T(4) * sight.between / std::max(steep, static_cast<T>(0.001));
+                    const Seen aim = !sized() && gouraud && here ? look(light, s.at) : to;
+                    const T slope = gouraud && here ? std::max(dot(s.normal, aim.L), T(0)) : nl;
+                    const T outside = dot(g, aim.L) * s.side;
+                    const T beside = outside > 0 ? start.beside : -start.beside;
+                    // from inside a ball its other side is met
+                    const int ball = outside > 0 && s.side > 0 && exact ? hit.sphere : -1;
+                    const int forgive = option.shadows == Shadows::forgiving ? (here ? 1 : 2) : 0;
+                    const ShadowRay<T> shadow{{leave + beside * g + lift * N, aim.L},
+                                              begin,
+                                              aim.end,
+                                              hit.triangle,
+                                              ball,
+                                              exact,
+                                              forgive,
+                                              s.side,
+                                              slope,
+                                              option.transparent_shadows,
+                                              option.shadow_rays == ShadowRays::culled,
+                                              static_cast<T>(option.shadow_gap),
+                                              option.gap_loses};
+                    const LightShare<T> through = transmittance<T, F>(scene, shadow);
+                    share = through.share;
+                    if (!sized() && option.shadow_map != ShadowMap::none)
+                        share = mapped<T, F>(scene, option, k, s.at, N, g, share);
+                    lit.forgiven = lit.forgiven || through.forgiven;
+                    if constexpr (Record::listens) {
+                        if (primary) record.shadow(scene, k, shadow, through);
+                    }
+                }
+                if constexpr (Record::listens) {
+                    if (primary && counts.told > 0) record.share(k, mean(share), part * counts.told);
+                }
+                if constexpr (decltype(sized)::value) {
+                    shadowed = shadowed || mean(share) < 1, lighted = lighted || any_positive(share);
+                }
+                if (!any_positive(share)) {
+                    if (!sized() && here) lit.blocked |= std::uint64_t(1) << (k & 63);
+                    return;
+                }
+                if (!sized() && mean(share) < 1 && here)  // the border of a transparent shadow is an edge too
+                    lit.blocked += std::uint64_t(65536) * static_cast<std::uint64_t>(k + 1) *
+                                   static_cast<std::uint64_t>(nearest(static_cast<double>(mean(share)) * 1000));
+                const bool mirrored = from.generation >= passages;
+                const Vec3<T> e = part * (static_cast<T>(0.3183098861837907) * (to.falloff * share));
+                // the fault of one view vector for all rays: the camera's
+                const bool wrong = mirrored && option.mirrored_highlight == MirroredHighlight::primary;
+                T raw = 0;
+                if (option.raw_vectors) raw = light.kind == 0 ? to.distance : T(1);
+                T h = highlight(scene.lobes, material, N, to.L, wrong ? primary_view : V, raw);
+                if (mirrored && option.mirrored_highlight == MirroredHighlight::lost) h = 0;
+                Vec3<T> E = mul(e, light.intensity);
+                if constexpr (F::emitters) {
+                    if (scene.emitter) E = mul(E, beam(scene.emitter[k], to.L));
+                }
+                const T lambert = std::max(nl, T(0));
+                Vec3<T> diffuse{E.x * colour.x * lambert, E.y * colour.y * lambert, E.z * colour.z * lambert};
+                Vec3<T> specular{0, 0, 0};
+                if constexpr (F::previews) {
+                    if (preview.workflow != 0) {
+                        const Reflected<T> part_of = reflected(sized() ? softest : preview, colour, gouraud ? N : bumped,
+                                                                  to.L, wrong ? primary_view : V);
+                        diffuse = mul(E, mul(colour, part_of.diffuse));
+                        if (!mirrored || option.mirrored_highlight != MirroredHighlight::lost)
+                            specular = mul(E, part_of.specular);
+                        if constexpr (F::emitters) specular = counts.specular * specular;
+                        lit.colour = lit.colour + specular;
+                    }
+                }
+                if constexpr (F::emitters) diffuse = counts.diffuse * diffuse;
+                lit.colour = lit.colour + diffuse;
+                if (scene.lobes.kind && preview.workflow == 0) {
+                    const Vec3<T>& tint = scene.lobes.specular[material].colour;
+                    specular = {E.x * h * tint.x, E.y * h * tint.y, E.z * h * tint.z};
                     if constexpr (F::emitters) specular = counts.specular * specular;
                     lit.colour = lit.colour + specular;
                 }
-            }
-            if constexpr (F::emitters) diffuse = counts.diffuse * diffuse;
-            lit.colour = lit.colour + diffuse;
-            if (scene.lobes.kind && preview.workflow == 0) {
-                const Vec3<T>& tint = scene.lobes.specular[material].colour;
-                specular = {E.x * h * tint.x, E.y * h * tint.y, E.z * h * tint.z};
-                if constexpr (F::emitters) specular = counts.specular * specular;
-                lit.colour = lit.colour + specular;
-            }
-            if constexpr (Record::listens) {
-                if (primary) record.terms(k, diffuse, specular);
-            }
+                if constexpr (Record::listens) {
+                    if (primary) record.terms(k, diffuse, specular);
+                }
             };
             if constexpr (F::emitters) {
                 if (scene.emitter) {
@@ -253,8 +247,14 @@ struct Whitted {
                         const bool wrong = from.generation >= passages &&
                                            option.mirrored_highlight == MirroredHighlight::primary;
                         const Vec3<T>& view = wrong ? primary_view : V;
-                        spread(e, k, at, N, gloss_of(scene, material, softest, gouraud || preview.workflow == 0 ? N : bumped,
-                                                     view), from.generation, shine);
+                        const Vec3<T>& glossy = gouraud || preview.workflow == 0 ? N : bumped;
+                        const bool bounded = option.shadow_rays != ShadowRays::unbounded;
+                        const auto along = [&](const Aim<T>& aim, T weight, const Counted<T>& counts) {
+                            const T end = bounded ? aim.distance : infinity<T>;
+                            shine(Seen{aim.L, aim.distance, end, weight}, counts, std::true_type{});
+                        };
+                        spread(View_of<T>(e, at, N), gloss_of(scene, material, softest, glossy, view),
+                               cubature.moved(k, from.generation), along);
                         if (here && lighted && !shadowed) lit.open |= std::uint64_t(1) << (k & 63);
                         if (here && shadowed && !lighted) lit.hidden |= std::uint64_t(1) << (k & 63);
                     }
@@ -264,44 +264,6 @@ struct Whitted {
             shine(look(light, at), {1, 1, 1}, std::false_type{});
         }
         return lit;
-    }
-
-    // What a direction towards a light counts for: the factors of its diffuse and its highlight's part, and the share
-    // that a record tells of.
-    struct Counted {
-        T diffuse, specular, told;
-    };
-
-    // Directions towards a light with a size: spread evenly over what is seen of it, and, where there is a highlight, as
-    // many spread like that. Both find highlights, each counts by how likely it finds that direction (the balance
-    // heuristic: Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering").
-    template <class Shine>
-    void spread(const Emitter<T>& e, int k, const Vec3<T>& at, const Vec3<T>& N, const Gloss<T>& gloss, int generation,
-                const Shine& shine) const {
-        const View_of<T> view(e, at, N);
-        if (!view.seen) return;
-        const Lattice lattice(cubature.points);
-        const double apart = 0.6180339887498949 * k + 0.4142135623730951 * generation;  // lights and bounces do not repeat
-        const Unit<double> shift{cubature.shift.a + apart, cubature.shift.b + 2 * apart};
-        const T n = static_cast<T>(lattice.points);
-        const bool bounded = option.shadow_rays != ShadowRays::unbounded;
-        for (std::int64_t j = 0; j < lattice.points; ++j) {
-            const Aim<T> aim = view.towards(lattice.at<T>(j, shift));
-            if (!(aim.density > 0)) continue;
-            const T other = gloss.any() ? gloss.density(aim.L) : T(0);
-            shine({aim.L, aim.distance, bounded ? aim.distance : infinity<T>, T(1) / (n * aim.density)},
-                  {e.diffuse, e.specular * aim.density / (aim.density + other), T(1) / n}, std::true_type{});
-        }
-        if (!gloss.any() || e.specular == 0) return;
-        for (std::int64_t j = 0; j < lattice.points; ++j) {
-            const Vec3<T> L = gloss.at(lattice.at<T>(j, {shift.b, shift.a}));
-            if (!(dot(N, L) > 0) && !option.uncut) continue;
-            const Aim<T> aim = view.along(L);
-            const T own = gloss.density(L);
-            if (!(own > 0) || !(aim.distance > 0)) continue;
-            shine({L, aim.distance, bounded ? aim.distance : infinity<T>, T(1) / (n * (aim.density + own))},
-                  {0, e.specular, 0}, std::true_type{});
-        }
     }
 
     // The mirror, refracted and straight rays that leave the surface; pushed onto `rays` of which `n` wait.

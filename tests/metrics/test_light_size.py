@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from notabug.adapters.base import Quality
+from notabug.adapters.export.formats import export
 from notabug.adapters.inhouse import InHouse
 from notabug.adapters.registry import adapter, adapters, needs
 from notabug.adapters.requirements import check_supported
@@ -194,3 +196,14 @@ def test_who_lacks_them_says_so(tmp_path: Path) -> None:
     for name in ("povray", "opengl", "threejs", "cycles", "mitsuba"):
         with pytest.raises(NotabugError, match="light_beam"):
             check_supported(adapter(name), scene)
+
+
+def test_exports_say_them_or_refuse(tmp_path: Path) -> None:
+    scene = read(tmp_path, "spot")
+    export(scene, "json", tmp_path)
+    said = json.loads((tmp_path / "scene.json").read_text("utf-8"))["lights"][0]
+    assert (said["kind"], said["specular"], said["beam"]["cone"]) == ("sphere", 0.25, 15.0)
+    assert said["radiance"] == pytest.approx([16.0] * 3)
+    for kind in ("gltf", "pbrt", "povray"):
+        with pytest.raises(NotabugError, match="/World/Key"):
+            export(scene, kind, tmp_path)
