@@ -47,8 +47,8 @@ def models(scene: Scene) -> Iterator[Model]:
         name="facet_self_shadow",
         kind="limitation",
         rule="partial",
-        claim="flat facets shadow the smooth surface that their normals imply, and are dark where the light stands behind "
-        "their plane",
+        claim="flat facets shadow the smooth surface that their normals imply, and are dark where the light stands "
+        "behind their plane",
         cites=f"{_PAPER}; Pharr, Jakob and Humphreys 2016, section 9.1 (BSDF::f sorts by the geometric normal)",
         options={"shadows": "planes"},
         when=("behind_facet", "black"),
