@@ -38,9 +38,17 @@ of a fine mesh show dots nearly everywhere."""
 
 
 def likely(
-    measured: Measured, found: Explanation, faults: Sequence[Model], predict: Predict, preview: Preview
+    measured: Measured,
+    found: Explanation,
+    faults: Sequence[Model],
+    predict: Predict,
+    preview: Preview,
+    together: tuple[Model, ...] = (),
 ) -> Iterator[Model]:
-    """The faults whose change of the picture is most like the measured one, likeliest first, at fitting strengths."""
+    """The faults whose change of the picture is most like the measured one, likeliest first, at fitting strengths.
+
+    A renderer that has the choices ``together`` by its declaration has them beside its fault, too.
+    """
     reference = predict(())
     # of edges only what is wrong counts: there quick pictures of the right scene differ from the mean as well
     at = (~reference.edge | found.significance.pixels)[..., None]
@@ -51,6 +59,8 @@ def likely(
     beside = choices(found.models)
     if found.models:
         starts.append((beside, measured.mean - found.target.value))
+    if len(together) > 1 and set(together) != set(beside):
+        starts.append((together, measured.mean - predict(together).value))
 
     def compared(change: Floats, other: Floats, local: bool, step: int) -> float:
         a, b = (coarse(np.clip(each / scale, -CLIP, CLIP) * at, step) for each in (change, other))

@@ -27,7 +27,7 @@ from notabug.metrics.causes import (
     without_border,
 )
 from notabug.metrics.channels import largest, pixels, total
-from notabug.metrics.explain import LARGEST_GROWN, Explanation, explain, fit
+from notabug.metrics.explain import LARGEST_GROWN, Explanation, explain, fit, habits
 from notabug.metrics.likely import CLIP, changed_by, likely, refined, worth
 from notabug.metrics.names import EXACT, NOTHING, UNNAMED, Name, best_of
 from notabug.metrics.noise import Measured
@@ -72,7 +72,9 @@ def name_bug(
     best = best_of(None, _whole(bug), exact, noisy=measured.noisy)
     if best is None or not best.over(exact):
         best = best_of(best, _moved_rays(bug), exact, noisy=measured.noisy)
-    for fault in () if best and best.over(exact) else likely(measured, found, faults, predict, preview):
+    for fault in () if best and best.over(exact) else likely(
+        measured, found, faults, predict, preview, habits(limitations)
+    ):
         glance = bug.likeness(fault)
         if best is None or glance < best.hope(exact):
             names = (replace(each, glance=glance) for each in _fitted(bug, fault))
@@ -240,7 +242,7 @@ def _fitted(bug: _Bug, fault: Model) -> Iterator[Name]:
         beside = [
             (each,) for each in bug.limitations if _nearer(bug, bare, (fault, each)) and _useful(bug, bare, fault, each)
         ]
-        for models in dict.fromkeys((found.models, *beside)):
+        for models in dict.fromkeys((found.models, habits(bug.limitations), *beside)):
             if models:
                 fitted = fit(measured, models, predict, (fault,))
                 yield _named(bug, fault, fitted)
