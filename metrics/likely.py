@@ -47,7 +47,7 @@ def likely(
 ) -> Iterator[Model]:
     """The faults whose change of the picture is most like the measured one, likeliest first, at fitting strengths.
 
-    A renderer that has the choices ``together`` by its declaration has them beside its fault, too.
+    A renderer may have the choices ``together`` beside its fault, which hides some of them.
     """
     reference = predict(())
     # of edges only what is wrong counts: there quick pictures of the right scene differ from the mean as well
@@ -59,7 +59,7 @@ def likely(
     beside = choices(found.models)
     if found.models:
         starts.append((beside, measured.mean - found.target.value))
-    if len(together) > 1 and set(together) != set(beside):
+    if together:
         starts.append((together, measured.mean - predict(together).value))
 
     def compared(change: Floats, other: Floats, local: bool, step: int) -> float:

@@ -72,9 +72,7 @@ def name_bug(
     best = best_of(None, _whole(bug), exact, noisy=measured.noisy)
     if best is None or not best.over(exact):
         best = best_of(best, _moved_rays(bug), exact, noisy=measured.noisy)
-    for fault in () if best and best.over(exact) else likely(
-        measured, found, faults, predict, preview, habits(limitations)
-    ):
+    for fault in () if best and best.over(exact) else likely(measured, found, faults, predict, preview, bug.together):
         glance = bug.likeness(fault)
         if best is None or glance < best.hope(exact):
             names = (replace(each, glance=glance) for each in _fitted(bug, fault))
@@ -117,6 +115,12 @@ class _Bug:
     predict: Predict
     preview: Preview
     scale: Floats
+
+    @property
+    def together(self) -> tuple[Model, ...]:
+        """All choices that a renderer has at once, where a fault has hidden some of them but not all; else none."""
+        some, every = set(choices(self.found.models)), habits(self.limitations)
+        return every if some and some < set(every) else ()
 
     def misfit(self, to: Admissible) -> float:
         """Mean |residual| in units of tolerance and noise."""
@@ -242,7 +246,7 @@ def _fitted(bug: _Bug, fault: Model) -> Iterator[Name]:
         beside = [
             (each,) for each in bug.limitations if _nearer(bug, bare, (fault, each)) and _useful(bug, bare, fault, each)
         ]
-        for models in dict.fromkeys((found.models, habits(bug.limitations), *beside)):
+        for models in dict.fromkeys((found.models, bug.together, *beside)):
             if models:
                 fitted = fit(measured, models, predict, (fault,))
                 yield _named(bug, fault, fitted)
