@@ -53,6 +53,8 @@ class Declaration:
         ``shorter`` the nearer pair; ``fan`` makes a fan from the first corner whatever the face's shape;
         "" where n-gons keep their bilinear map; ``unknown`` for a picture of unknown making.
     silhouette : what becomes of an interpolated normal that faces away from the viewer.
+    behind_facet : whether a facet is ``lit`` by a light behind its plane that its interpolated normals face and that
+        nothing hides, or ``black``. On a closed mesh the mesh itself hides such a light.
     depth : format of the depth buffer; near and far are the camera's. "" where there is none that can show; where it is
         ``unknown`` any of the formats, or rays, may decide which of two near surfaces is seen.
     coincident : which of surfaces in one place is seen, where rounding does not decide: the ``first`` of the scene or
@@ -111,6 +113,7 @@ class Declaration:
     noisy: bool | None
     ngon_split: Literal["", "02", "13", "shorter", "fan", "unknown"] = ""
     silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
+    behind_facet: Literal["lit", "black", "unknown"] = "unknown"
     depth: Literal["", "fixed16", "fixed24", "float32", "reversed32", "unknown"] = ""
     coincident: Literal["first", "another", "unknown"] = "first"
     opacity_shadow: Literal["attenuate", "opaque", "unknown"] = "unknown"

@@ -72,6 +72,7 @@ class InHouse:
             samples=max(1, quality.samples),
             ngon_split="",
             silhouette="keep",
+            behind_facet="lit",
             opacity_shadow="attenuate",
             glass_shadow="opaque",
             total_reflection="transmission",

@@ -54,6 +54,7 @@ class LuxCore:
             samples=quality.samples or DEFAULT_SAMPLES,
             ngon_split="02",
             silhouette="black",
+            behind_facet="black",
             coincident="unknown",
             opacity_shadow="attenuate",
             texture_filter="bilinear",

@@ -88,6 +88,7 @@ class Mitsuba:
             samples=quality.samples or DEFAULT_SAMPLES,
             ngon_split="02",
             silhouette="flip",
+            behind_facet="lit",
             opacity_shadow="opaque" if self.opacity == "mask" else "attenuate",
             glass_shadow="opaque",
             total_reflection="transmission",

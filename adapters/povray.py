@@ -88,6 +88,7 @@ class PovRay:
             samples=subsamples_along(quality) ** 2,
             ngon_split="02",
             silhouette="flip",
+            behind_facet="lit",
             coincident="unknown",
             opacity_shadow="attenuate",
             glass_shadow="attenuate",

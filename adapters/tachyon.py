@@ -87,6 +87,7 @@ class Tachyon:
             samples=subsamples_along(quality) ** 2,
             ngon_split="02",
             silhouette="keep",
+            behind_facet="lit",
             coincident="unknown",
             opacity_shadow="attenuate",
             coordinates="float64",

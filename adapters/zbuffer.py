@@ -144,6 +144,7 @@ def rasterised(quality: Quality) -> Declaration:
         samples=grid(quality) ** 2,
         ngon_split="02",
         silhouette="keep",
+        behind_facet="lit",
         gouraud_shadows="corners",  # with the light; there are none
         coordinates="float32",
         shadows="none",

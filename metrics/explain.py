@@ -33,6 +33,7 @@ from notabug.metrics.rules import (
     fought,
     grained,
     mixed_only,
+    stretched,
     striped,
     support,
     widespread,
@@ -98,29 +99,31 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
         alphas[each.name] = acts.astype(np.float64)
     freedom = 0.0
     excluded = np.zeros(measured.mean.shape[:2], np.bool_)
-    for each in applied:
-        if each.rule != "choice":
-            values = [predict((*chosen, value)) for value in each.values()]
-            explained: Callable[..., Explained] = RULES[each.rule]
-            if each.kind == "limitation" and each.sure is not None:
-                # where a choice has another surface win, the first may win as well
-                first = predict(tuple(other for other in chosen if other.options.keys().isdisjoint(each.sure)))
-                values += [first] if first is not predict(chosen) else []
-                another = predict((*chosen, replace(each, options=each.sure, others=())))
-                explained = partial(fought, explained, first, another)
-            elif each.kind == "limitation" and each.mixes == "stripes":
-                explained = partial(striped, explained)
-            elif each.kind == "limitation" and each.rule == "set" and each.mixes == "chance":
-                explained = partial(mixed_only, explained, 0.0 if each.grain else MEAN_ALPHA)
-            if each.grain:
-                explained = partial(grained, explained, each.rule == "set")
-            # means over samples show dots everywhere, or it is none: at pixel centres there may be few
-            if each.kind == "fault" and (each.rule == "any" or (each.grain and not target.share_is_point)):
-                explained = partial(widespread, explained, LEAST_DOTTED if each.grain else LEAST_TOUCHED)
-            target, alpha, within, length = explained(measured, target, *values)
-            alphas[each.name] = alpha
-            excluded |= within
-            freedom += length
+    hulls = tuple(each for each in applied if each.rule == "hull")
+    for each in (*hulls, *(other for other in applied if other.rule not in ("hull", "choice"))):
+        moved = () if each in hulls else hulls
+        values = [stretched(measured, predict, (*chosen, value), moved) for value in each.values()]
+        explained: Callable[..., Explained] = RULES[each.rule]
+        if each.kind == "limitation" and each.sure is not None:
+            # where a choice has another surface win, the first may win as well
+            without = tuple(other for other in chosen if other.options.keys().isdisjoint(each.sure))
+            first = predict(without)
+            values += [stretched(measured, predict, without, moved)] if without != chosen else []
+            another = predict((*chosen, replace(each, options=each.sure, others=())))
+            explained = partial(fought, explained, first, another)
+        elif each.kind == "limitation" and each.mixes == "stripes":
+            explained = partial(striped, explained)
+        elif each.kind == "limitation" and each.rule == "set" and each.mixes == "chance":
+            explained = partial(mixed_only, explained, 0.0 if each.grain else MEAN_ALPHA)
+        if each.grain:
+            explained = partial(grained, explained, each.rule == "set")
+        # means over samples show dots everywhere, or it is none: at pixel centres there may be few
+        if each.kind == "fault" and (each.rule == "any" or (each.grain and not target.share_is_point)):
+            explained = partial(widespread, explained, LEAST_DOTTED if each.grain else LEAST_TOUCHED)
+        target, alpha, within, length = explained(measured, target, *values)
+        alphas[each.name] = alpha
+        excluded |= within
+        freedom += length
     r = residual(measured.mean, target)
     found = significance(r, measured, target)
     wrong = np.flatnonzero(found.pixels)

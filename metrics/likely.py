@@ -42,9 +42,17 @@ of a fine mesh show dots nearly everywhere."""
 
 
 def likely(
-    measured: Measured, found: Explanation, faults: Sequence[Model], predict: Predict, preview: Preview
+    measured: Measured,
+    found: Explanation,
+    faults: Sequence[Model],
+    predict: Predict,
+    preview: Preview,
+    habits: tuple[Model, ...] = (),
 ) -> Iterator[Model]:
-    """The faults whose change of the picture is most like the measured one, likeliest first, at fitting strengths."""
+    """The faults whose change of the picture is most like the measured one, likeliest first, at fitting strengths.
+
+    A renderer may have the choices ``habits`` beside its fault, which hides some of them.
+    """
     reference = predict(())
     # of edges only what is wrong counts: there quick pictures of the right scene differ from the mean as well
     at = (~reference.edge | found.significance.pixels)[..., None]
@@ -55,6 +63,8 @@ def likely(
     beside = choices(found.models)
     if found.models:
         starts.append((beside, measured.mean - found.target.value))
+    if habits:
+        starts.append((habits, measured.mean - predict(habits).value))
 
     def compared(change: Floats, other: Floats, local: bool, step: int) -> float:
         a, b = (coarse(np.clip(each / scale, -CLIP, CLIP) * at, step) for each in (change, other))

@@ -27,7 +27,7 @@ from notabug.metrics.causes import (
     without_border,
 )
 from notabug.metrics.channels import largest, pixels, total
-from notabug.metrics.explain import LARGEST_GROWN, Explanation, explain, fit
+from notabug.metrics.explain import LARGEST_GROWN, Explanation, explain, fit, habits
 from notabug.metrics.likely import CLIP, changed_by, likely, refined, worth
 from notabug.metrics.names import EXACT, NOTHING, UNNAMED, Name, best_of
 from notabug.metrics.noise import Measured
@@ -77,7 +77,7 @@ def name_bug(
     best = best_of(None, _whole(bug), exact, noisy=measured.noisy)
     if best is None or not best.over(exact):
         best = best_of(best, _moved_rays(bug), exact, noisy=measured.noisy)
-    for fault in () if best and best.over(exact) else likely(measured, found, faults, predict, preview):
+    for fault in () if best and best.over(exact) else likely(measured, found, faults, predict, preview, bug.together):
         glance = bug.likeness(fault)
         if best is None or glance < best.hope(exact):
             names = (replace(each, glance=glance) for each in _fitted(bug, fault))
@@ -120,6 +120,12 @@ class _Bug:
     predict: Predict
     preview: Preview
     scale: Floats
+
+    @property
+    def together(self) -> tuple[Model, ...]:
+        """All choices that a renderer has at once, where a fault has hidden some of them but not all; else none."""
+        some, every = set(choices(self.found.models)), habits(self.limitations)
+        return every if some and some < set(every) else ()
 
     def misfit(self, to: Admissible) -> float:
         """Mean |residual| in units of tolerance and noise."""
@@ -245,7 +251,7 @@ def _fitted(bug: _Bug, fault: Model) -> Iterator[Name]:
         beside = [
             (each,) for each in bug.limitations if _nearer(bug, bare, (fault, each)) and _useful(bug, bare, fault, each)
         ]
-        for models in dict.fromkeys((found.models, *beside)):
+        for models in dict.fromkeys((found.models, bug.together, *beside)):
             if models:
                 fitted = fit(measured, models, predict, (fault,))
                 yield _named(bug, fault, fitted)

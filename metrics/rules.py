@@ -18,6 +18,7 @@ from notabug.metrics.admissible import MISSED, Admissible, residual
 from notabug.metrics.channels import largest, pixels, put, total
 from notabug.metrics.neighbours import Bools
 from notabug.metrics.noise import Measured
+from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
 Explained = tuple[Admissible, Floats, Bools, float]
@@ -277,6 +278,19 @@ def _hull(measured: Measured, base: Admissible, *values: Admissible) -> Explaine
     """The admissible set of anything between the least and the most of ``base`` and ``values``: as in ``_segment``."""
     target, alpha, within, length = _mixture(measured, replace(base, share_is_point=False), *values)
     return replace(target, share_is_point=base.share_is_point), alpha, within, length
+
+
+def stretched(
+    measured: Measured,
+    predict: Callable[[tuple[Model, ...]], Admissible],
+    chosen: tuple[Model, ...],
+    hulls: Sequence[Model],
+) -> Admissible:
+    """What ``chosen`` admit, and all that is as near to it as ``hulls`` reach: they move whatever surface is seen."""
+    shown = predict(chosen)
+    for each in hulls:
+        shown, *_ = _hull(measured, shown, *(predict((*chosen, value)) for value in each.values()))
+    return shown
 
 
 RULES: dict[str, Callable[..., Explained]] = {

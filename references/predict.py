@@ -48,9 +48,12 @@ class ReferenceNotFiniteError(NotabugError):
 
 
 def configured(scene: Scene, models: Iterable[Model]) -> tuple[Scene, Options]:
-    """The scene and the tracer's switches under ``models``; none: the reference. A fault's switches win."""
+    """The scene and the tracer's switches under ``models``; none: the reference. A fault's switches win.
+
+    What is read wrong comes first, since limitations act on it.
+    """
     options: dict[str, object] = {}
-    for model in sorted(models, key=lambda each: each.kind == "fault"):
+    for model in sorted(models, key=lambda each: (not each.read, each.kind == "fault")):
         scene = model.edit(scene)
         options.update(model.options)
     return scene.as_intended(), Options(**options)  # type: ignore[arg-type]

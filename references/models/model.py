@@ -67,6 +67,8 @@ class Model:
         single axes share it. Of a model that it made, ``axes`` are those along which it is off.
     local : a fault that may hit some parts of the scene and spare others, so that a picture of it takes this model's
         value at some pixels and the reference's at the others.
+    read : a fault in what the renderer reads, whose limitations then act on the wrong number: an exponent's, by which
+        highlights are normalised.
     placed : the fault of those parts of the scene, single faces, that lie where a picture is wrong (h, w), or None
         where it can be none. Such a model edits the likeliest part itself.
     when : (field, value) of an adapter's declaration without which the model is not considered; None: always. Of
@@ -98,6 +100,7 @@ class Model:
     jointly: Callable[[npt.NDArray[np.float64]], Model] | None = None
     axes: int = 0
     local: bool = False
+    read: bool = False
     placed: Callable[[npt.NDArray[np.bool_]], Model | None] | None = None
 
     def open_to(self, declaration: Declared) -> bool:

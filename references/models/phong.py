@@ -60,6 +60,7 @@ def models(scene: Scene) -> Iterator[Model]:
             claim=f"the exponent of every highlight is {strength:.3g} times too large",
             cites=_PAPER,
             edit=_shiny(lambda each: replace(each, exponent=each.exponent * strength)),
+            read=True,
         ),
         1.3,
         neutral=1.0,

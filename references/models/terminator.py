@@ -43,6 +43,16 @@ def models(scene: Scene) -> Iterator[Model]:
         cites=f"{_PAPER}; Snyder and Barr 1987",
         options={"shadows": "facets"},
     )
+    yield Model(
+        name="facet_self_shadow",
+        kind="limitation",
+        rule="partial",
+        claim="flat facets shadow the smooth surface that their normals imply, and are dark where the light stands "
+        "behind their plane",
+        cites=f"{_PAPER}; Pharr, Jakob and Humphreys 2016, section 9.1 (BSDF::f sorts by the geometric normal)",
+        options={"shadows": "planes"},
+        when=("behind_facet", "black"),
+    )
     for silhouette, switch, what in (
         ("flip", "flip", "turned towards the viewer"),
         ("flip", "flip_lit", "turned towards the viewer, and lit without a shadow ray"),

@@ -7,7 +7,7 @@
 
 namespace notabug {
 
-enum class Shadows { forgiving, facets, none };
+enum class Shadows { forgiving, facets, planes, none };
 enum class Normals { unit, raw };
 enum class Silhouette { keep, flip, black, flip_lit };
 enum class MirroredHighlight { own, primary, lost };

@@ -9,7 +9,7 @@ namespace notabug {
 
 inline Options options_of(const py::handle& from) {
     Options to;
-    to.shadows = choice<Shadows, 3>(from, "shadows", {"forgiving", "facets", "none"});
+    to.shadows = choice<Shadows, 4>(from, "shadows", {"forgiving", "facets", "planes", "none"});
     to.normals = choice<Normals, 2>(from, "normals", {"unit", "raw"});
     to.silhouette = choice<Silhouette, 4>(from, "silhouette", {"keep", "flip", "black", "flip_lit"});
     to.affine = from.attr("affine").cast<bool>();

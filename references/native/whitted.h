@@ -148,7 +148,8 @@ struct Whitted {
                 // a highlight ends abruptly where N.L = 0; diffuse light does not
                 if (!sized() && scene.lobes.kind && !gouraud) lit.facing |= std::uint64_t(1) << (k & 63);
                 const T steep = std::abs(gl);
-                const bool dark = sight.unlit || acne(k, ray, hit, at, steep);
+                const bool behind = option.shadows == Shadows::planes && gl * s.side <= 0;
+                const bool dark = sight.unlit || behind || acne(k, ray, hit, at, steep);
                 Vec3<T> share{1, 1, 1};
                 if (dark) {
                     share = {0, 0, 0};

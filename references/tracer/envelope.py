@@ -28,8 +28,9 @@ SAME = 1e-6  # relative difference of two colours that rounding makes: ten units
 class Options:
     """The tracer's switches; the defaults are the reference's conventions.
 
-    shadows : ``forgiving`` spares a smooth mesh the shadows of its own facets, ``facets`` does not, ``none`` casts
-    none. normals : interpolated normals are ``unit`` or left ``raw``, i.e. not normalised again.
+    shadows : ``forgiving`` spares a smooth mesh the shadows of its own facets, ``facets`` does not; of ``planes`` a
+        light behind the plane of a facet does not reach it either, whatever is in its way; ``none`` casts none.
+    normals : interpolated normals are ``unit`` or left ``raw``, i.e. not normalised again.
     silhouette : an interpolated normal that faces away from the viewer is kept, flipped, or painted black; or flipped
         by a renderer without shadow rays, ``flip_lit``: the light that it is turned to is not blocked.
     affine : interpolate uv in screen space (n-gons must have been cut into triangles).
@@ -85,7 +86,7 @@ class Options:
         map_error : of coordinates and size, what its depths are off by.
     """
 
-    shadows: Literal["forgiving", "facets", "none"] = "forgiving"
+    shadows: Literal["forgiving", "facets", "planes", "none"] = "forgiving"
     normals: Literal["unit", "raw"] = "unit"
     silhouette: Literal["keep", "flip", "black", "flip_lit"] = "keep"
     affine: bool = False

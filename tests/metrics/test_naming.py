@@ -73,6 +73,25 @@ def test_of_two_names_that_leave_rounding_the_one_tried_first_is_told() -> None:
     assert better(replace(other, misfit=3e-3), replace(first, misfit=4e-3), EXACT, noisy=False)
 
 
+@pytest.mark.parametrize(("name", "strength"), [("floor_lobes", 0.7), ("floor_lobes", 1.5), ("interpolation", 0.6)])
+def test_an_exponent_is_named_beside_three_habits_of_a_renderer(studio: Any, name: str, strength: float) -> None:
+    """As three.js and pygfx have them: Blinn's lobe, times N.L, normalised by the exponent that was read wrong."""
+    scene = replace(studio.scene(f"phong/{name}"), width=64, height=64)
+    habits = [
+        model(scene, each, kind="limitation") for each in ("lobe_blinn", "lobe_normalised_n2over8", "highlight_cosine")
+    ]
+    misread = model(scene, "exponent", strength).edit(scene)
+    declared = replace(
+        DECLARATION, lobe="blinn", normalised="n2over8", highlight="cosine", shadows="none", interpolation="phong"
+    )
+    with_habits = [replace(each, options={**each.options, "shadows": "none"}) for each in habits]
+    picture = trace_picture(*configured(misread, with_habits))
+    found = judge([picture], scene, declared, perceive=False).verdict
+    assert (found.word, found.findings[0].name) == ("bug", "exponent")
+    right = trace_picture(*configured(scene, with_habits))
+    assert judge([right], scene, declared, perceive=False).verdict.word == "limitation"
+
+
 @pytest.mark.parametrize("strength", [0.02, 0.2])
 def test_a_moved_light_is_named(ball: Scene, strength: float) -> None:
     assert verdict(ball, model(ball, "light_moved", strength)).findings[0].name == "light_moved"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from notabug.references.models.subpixel import BITS, models
-from notabug.references.raster.picture import raster_picture
+from notabug.references.raster.picture import RasterOptions, raster_picture
 from notabug.scenes_usd.scene import Camera, Floats, Mesh, Scene
 
 
@@ -73,3 +73,28 @@ def test_a_scene_without_a_mesh_has_none(studio: Any) -> None:
     scene = studio.scene("calibration/card")
     assert not list(models(replace(scene, objects=())))
     assert [made.when for made in models(scene)] == [("subpixel_bits", str(bits)) for bits in BITS]
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "depth"),
+    [
+        ("visibility/coincident_spheres", 128, "fixed24"),
+        ("visibility/coincident_spheres", 128, "float32"),
+        ("visibility/coincident_spheres", 96, "fixed24"),
+        ("visibility/coincident_planes", 96, "fixed24"),
+    ],
+)
+def test_of_surfaces_that_coincide_the_grid_moves_each(studio: Any, name: str, size: int, depth: Any) -> None:
+    """Which of two surfaces a pixel shows is open, and so is where within half a step it is shown."""
+    scene = replace(studio.scene(name), width=size, height=size)
+    declared = replace(
+        studio.point, precision="float32", shadows="none", ngon_split="02", depth=depth, coincident="unknown"
+    )
+    told = replace(declared, subpixel_bits=4)
+    picture = raster_picture(on_grid(scene, 4), RasterOptions(depth=depth), dtype="float32").astype(np.float32)
+    found = studio.verdict([picture], scene, told, naming=False)
+    assert found.word == "limitation"
+    assert "coincident_surfaces" in [finding.name for finding in found.findings]
+    if size == 96:  # a search that finds nothing takes long
+        wrong = picture * np.float32(1.02)
+        assert studio.verdict([wrong], scene, told, naming=False).word == "bug"
