@@ -121,7 +121,7 @@ def _read(path: Path) -> bytes:
         raise ConfigError("cannot be read", where=str(path), got=error.strerror or str(error)) from error
 
 
-def _parse(path: Path) -> dict[str, Any]:
+def _parse(path: Path) -> dict[str, object]:
     try:
         return tomllib.loads(_read(path).decode("utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:

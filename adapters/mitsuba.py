@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -58,7 +58,7 @@ class Mitsuba:
     opacity: Literal["scripted", "mask"] = "scripted"
     python: str = sys.executable
     keep_jobs: bool = False
-    edit: Callable[[dict[str, Any], Arrays], object] | None = None
+    edit: Callable[[dict[str, object], Arrays], object] | None = None
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
         | {
@@ -130,7 +130,7 @@ class Mitsuba:
             for seed, image in zip(seeds, images, strict=True)
         )
 
-    def _run(self, document: dict[str, Any], arrays: Arrays, folder: Path, timeout: float) -> Ended:
+    def _run(self, document: dict[str, object], arrays: Arrays, folder: Path, timeout: float) -> Ended:
         """Draw the job, with LLVM where there is one, and without it where that fails."""
         library = find_library()
         if library.path is None or self.variant == _SCALAR:
@@ -144,7 +144,7 @@ class Mitsuba:
 
     def _child(
         self,
-        document: dict[str, Any],
+        document: dict[str, object],
         arrays: Arrays,
         folder: Path,
         variant: str,

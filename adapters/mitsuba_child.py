@@ -10,10 +10,17 @@ import itertools
 import json
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    import mitsuba
+
+    from notabug.adapters.job_types import Arrays, MitsubaJob, MitsubaLook, MitsubaShape, MitsubaTexture, PlugIn
 
 _LANES = 1 << 25  # samples drawn at once: the LLVM back end keeps every one of them in memory
 _ANOTHER = 1_000_003  # from the seed of one render to that of the next
@@ -36,7 +43,7 @@ def main(folder: Path) -> None:
         np.save(folder / f"seed{seed}.npy", _picture(mitsuba, job, scenes, seed))
 
 
-def _picture(mi: Any, job: dict[str, Any], scenes: list[Any], seed: int) -> npt.NDArray[np.float32]:
+def _picture(mi: ModuleType, job: MitsubaJob, scenes: list[mitsuba.Scene], seed: int) -> npt.NDArray[np.float32]:
     """The sum over the lights, (h, w, 3), each drawn alone.
 
     Together, Mitsuba would choose one light at random for each sample: noise that says nothing of any artifact, and at
@@ -51,9 +58,11 @@ def _picture(mi: Any, job: dict[str, Any], scenes: list[Any], seed: int) -> npt.
     return film.astype(np.float32)
 
 
-def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str, Any], light: dict[str, Any]) -> Any:
+def _scene(
+    mi: ModuleType, job: MitsubaJob, arrays: Arrays, bsdfs: dict[str, mitsuba.BSDF], light: PlugIn
+) -> mitsuba.Scene:
     camera = job["camera"]
-    parts: dict[str, Any] = {
+    parts: PlugIn = {
         "type": "scene",
         "light": light,
         "integrator": {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
@@ -91,29 +100,31 @@ def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str
     return mi.load_dict(parts)
 
 
-def _bsdf(mi: Any, look: dict[str, Any], textures: dict[str, Any], arrays: dict[str, Any]) -> Any:
+def _bsdf(mi: ModuleType, look: MitsubaLook, textures: dict[str, MitsubaTexture], arrays: Arrays) -> mitsuba.BSDF:
     """Mitsuba's own plug-ins where they can say the material, else the scripted one."""
     bitmap = _bitmap(mi, look["texture"], textures, arrays)
     preview = look["preview"]
     if look["scripted"]:
         from notabug.adapters.mitsuba_bsdf import whitted
 
-        names = ("metallic", "roughness") if preview else ()
-        maps = {name: _bitmap(mi, preview[f"{name}_map"], textures, arrays) for name in names}
+        numbers = (
+            {} if preview is None else {"metallic": preview["metallic_map"], "roughness": preview["roughness_map"]}
+        )
+        maps = {name: _bitmap(mi, index, textures, arrays) for name, index in numbers.items()}
         return whitted(mi, look, bitmap, maps)
     reflectance = bitmap or {"type": "rgb", "value": look["diffuse"]}
-    shown: dict[str, Any] = {"type": "diffuse", "reflectance": reflectance}
+    shown: PlugIn = {"type": "diffuse", "reflectance": reflectance}
     if preview:
         alpha = preview["roughness"] ** 2
         shown = {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": alpha}
         shown["specular_reflectance"] = reflectance
-    surface = {"type": "twosided", "bsdf": shown}
+    surface: PlugIn = {"type": "twosided", "bsdf": shown}
     if look["opacity"] < 1.0:
         surface = {"type": "mask", "opacity": look["opacity"], "nested": surface}
     return mi.load_dict(surface)
 
 
-def _bitmap(mi: Any, index: int, textures: dict[str, Any], arrays: dict[str, Any]) -> dict[str, Any] | None:
+def _bitmap(mi: ModuleType, index: int, textures: dict[str, MitsubaTexture], arrays: Arrays) -> PlugIn | None:
     """The texture ``index`` as a plug-in; None for -1."""
     if index < 0:
         return None
@@ -128,7 +139,7 @@ def _bitmap(mi: Any, index: int, textures: dict[str, Any], arrays: dict[str, Any
     }
 
 
-def _mesh(mi: Any, name: str, each: dict[str, Any], arrays: dict[str, Any], bsdf: Any) -> Any:
+def _mesh(mi: ModuleType, name: str, each: MitsubaShape, arrays: Arrays, bsdf: mitsuba.BSDF) -> mitsuba.Mesh:
     points = arrays[each["points"]]
     properties = mi.Properties()
     properties["bsdf"] = bsdf

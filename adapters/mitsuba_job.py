@@ -30,24 +30,22 @@ import json
 import math
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from notabug.adapters.base import Quality, UnsupportedError
+from notabug.adapters.job_types import Arrays
 from notabug.adapters.spheres import centre_and_radius
 from notabug.adapters.textures import Grown, check_alone, grow, shown_uv
 from notabug.scenes_usd.scene import Camera, Light, Material, Preview, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
 
-Arrays = dict[str, npt.NDArray[Any]]
 DEFAULT_SAMPLES = 16
 BOUNCES = 8  # a path of depth d meets d - 1 surfaces
 _SIMILAR = 1e-6  # relative deviation from a similarity, or from square pixels, that float32 cannot show
 
 
-def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str, Any], Arrays]:
+def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str, object], Arrays]:
     """The job's JSON document and its arrays; ``quality.samples`` is already the adapter's own choice.
 
     ``mask`` says opacity with Mitsuba's own plug-in, under ``path``.
@@ -77,7 +75,7 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str
     }, arrays
 
 
-def write_job(document: dict[str, Any], arrays: Arrays, folder: Path, variant: str) -> Path:
+def write_job(document: dict[str, object], arrays: Arrays, folder: Path, variant: str) -> Path:
     """The job in ``folder`` as ``mitsuba_child`` reads it, to be drawn by the Mitsuba ``variant``."""
     np.savez(folder / "arrays.npz", allow_pickle=False, **arrays)
     target = folder / "job.json"
@@ -97,7 +95,7 @@ def _check_one_way(material: Material) -> None:
         )
 
 
-def _look(material: Material, follows: bool) -> dict[str, Any]:
+def _look(material: Material, follows: bool) -> dict[str, object]:
     """A material as the child gets it; ``scripted`` where it takes the BSDF of ``mitsuba_bsdf.py``."""
     preview = material.preview
     return {
@@ -122,7 +120,7 @@ def _is_metal(surface: Preview) -> bool:
     return constant and surface.metallic == 1.0 and not surface.specular_workflow and not surface.clearcoat
 
 
-def _camera(camera: Camera, aspect: float) -> dict[str, Any]:
+def _camera(camera: Camera, aspect: float) -> dict[str, object]:
     if abs(camera.tan_y * aspect / camera.tan_x - 1.0) > _SIMILAR:
         raise UnsupportedError(
             "Mitsuba's pixels are square",
@@ -131,7 +129,7 @@ def _camera(camera: Camera, aspect: float) -> dict[str, Any]:
             got=f"{camera.tan_x / camera.tan_y:g}",
         )
     to_world = camera.to_world.T * np.array([-1.0, 1.0, -1.0, 1.0])
-    told: dict[str, Any] = {"near": camera.near, "far": camera.far}
+    told: dict[str, object] = {"near": camera.near, "far": camera.far}
     if camera.orthographic:  # it sees what lies between -1 and 1 across, about its axis
         beside = camera.shift_x * camera.tan_x * to_world[:, 0] * -1.0 + camera.shift_y * camera.tan_y * to_world[:, 1]
         to_world[:3, 3] += beside[:3]
@@ -143,7 +141,7 @@ def _camera(camera: Camera, aspect: float) -> dict[str, Any]:
     return {**told, "lens": lens, "to_world": to_world.tolist()}
 
 
-def _light(light: Light) -> dict[str, Any]:
+def _light(light: Light) -> dict[str, object]:
     power = {"type": "rgb", "value": list(light.intensity)}
     if light.kind == "point":
         return {"type": "point", "position": list(light.position), "intensity": power}
@@ -160,7 +158,7 @@ def _wrapping(scene: Scene, index: int) -> tuple[str, Grown | None]:
     return "repeat", grow(texture, uv)
 
 
-def _textures(scene: Scene, arrays: Arrays) -> dict[str, dict[str, Any]]:
+def _textures(scene: Scene, arrays: Arrays) -> dict[str, dict[str, object]]:
     found = {}
     for index in sorted(set().union(*(scene.materials[each.material].textures for each in scene.objects))):
         wrap, grown = _wrapping(scene, index)
@@ -169,14 +167,14 @@ def _textures(scene: Scene, arrays: Arrays) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _object(scene: Scene, index: int, arrays: Arrays) -> dict[str, Any]:
+def _object(scene: Scene, index: int, arrays: Arrays) -> dict[str, object]:
     each = scene.objects[index]
     material = scene.materials[each.material]
     look = str(each.material)
     if isinstance(each, Sphere):
         centre, radius = centre_and_radius(each)
         return {"kind": "sphere", "look": look, "centre": centre, "radius": radius}
-    said: dict[str, Any] = {"kind": "mesh", "look": look}
+    said: dict[str, object] = {"kind": "mesh", "look": look}
     corner = triangulate(each, "02").corner.ravel()
     parts: Arrays = {"points": each.points[each.corners[corner]]}
     if each.normals is not None:

@@ -35,7 +35,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -145,7 +144,7 @@ def _vector(value: Floats | tuple[float, ...]) -> str:
     return f"<{','.join(_number(float(each)) for each in value)}>"
 
 
-def _list(name: str, rows: npt.NDArray[Any]) -> str:
+def _list(name: str, rows: npt.NDArray[np.floating] | npt.NDArray[np.integer]) -> str:
     """``name { n, <..>,<..> }`` of the (n, k) array ``rows``, integer or float."""
     if not np.isfinite(rows).all():
         raise SceneError(f"numbers that are not finite among {name}", where="adapter 'povray'")

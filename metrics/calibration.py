@@ -23,10 +23,11 @@ from notabug.metrics.causes import encoded, find_scale, find_shifts, zoomed
 from notabug.metrics.valid import invalid
 from notabug.references.models.camera import half_if_near
 from notabug.references.tracer.envelope import Envelope
+from notabug.references.tracer.precision import RELATIVE
 
 Floats = npt.NDArray[np.floating]
 
-GAIN, GAMMA, SHIFT, SCALE = 0.004, 0.01, 0.1, 0.003  # beyond these a reading is a fault, not rounding
+GAIN, GAMMA, SHIFT, SCALE = RELATIVE, 0.01, 0.1, 0.003  # beyond these a reading is a fault, not rounding
 LIKE = 0.8  # correlation below which a picture is not one of the card at all
 FITS = 0.008  # of white: the error that the readings may leave, or they do not describe the picture
 TONES = 32  # steps of equal ratio that the values of the card are sorted into

@@ -14,7 +14,7 @@ from notabug.metrics import perceive as eye
 from notabug.metrics.admissible import Admissible, admissible, reckonable, suspected
 from notabug.metrics.causes import gain_message
 from notabug.metrics.channels import pixels, put
-from notabug.metrics.explain import Explanation, admitted, beside_faults, explain, few_wrong
+from notabug.metrics.explain import Explanation, beside_faults, explain, few_wrong
 from notabug.metrics.hesitation import hesitation
 from notabug.metrics.leeway import leeway
 from notabug.metrics.names import UNNAMED, Name
@@ -24,6 +24,7 @@ from notabug.metrics.noise import Measured, in_tiles, measure
 from notabug.metrics.nuisance import untold_gain
 from notabug.metrics.predictions import Predictions
 from notabug.metrics.second_look import doubtful, shared_out
+from notabug.metrics.sets import admitted
 from notabug.metrics.valid import LARGEST, box, finite, invalid
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.camera import shift_message

@@ -12,11 +12,12 @@ from notabug.metrics.channels import largest, pixels, total
 from notabug.metrics.few_pixels import FewGain, few_gain
 from notabug.metrics.neighbours import Bools, blurred
 from notabug.metrics.noise import Measured
+from notabug.references.tracer.precision import RELATIVE
 
 Floats = npt.NDArray[np.floating]
 Places = npt.NDArray[np.intp]
 
-GAIN = 0.004  # a gain within this of 1, plus some standard errors, is none
+GAIN = RELATIVE  # a gain within this of 1, plus some standard errors, is none
 ERRORS = 4.0  # standard errors: at three 1 in 400 gains of nothing but noise is one
 SHIFT = 0.2  # pixels; aliased edges fake up to 0.13
 WARP = 0.2  # pixels by which what is farthest from the middle moves against it; in clean pictures up to 0.14

@@ -13,7 +13,7 @@ from copy import copy
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from itertools import product
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -180,7 +180,7 @@ class _Recent(Generic[Kept]):
         return made
 
 
-def _size(value: Any) -> int:
+def _size(value: object) -> int:
     """The bytes of an array, or of the arrays in a dataclass."""
     if isinstance(value, np.ndarray):
         return value.nbytes

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
-Word = Literal["pass", "limitation", "bug", "inconclusive", "unsupported", "error"]
+from notabug.scenes_usd.catalogue import Word as Word
 
-GLYPH: dict[str, str] = {
+GLYPH: dict[Word, str] = {
     "pass": "✓",
     "limitation": "≈",
     "bug": "✗",
@@ -60,11 +60,11 @@ class Verdict:
     message: str = ""  # one sentence for people
     numbers: dict[str, float] = field(default_factory=dict)  # rmse, gain, shift_x, shift_y, freedom ...
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return asdict(self)
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Verdict:
+    def from_dict(cls, data: dict[str, object]) -> Verdict:
         return cls(
             word=data["word"],
             findings=tuple(_finding(each) for each in data["findings"]),
@@ -75,6 +75,6 @@ class Verdict:
         )
 
 
-def _finding(data: dict[str, Any]) -> Finding:
+def _finding(data: dict[str, object]) -> Finding:
     boxes = {"region": tuple(data["region"]), "regions": tuple(tuple(each) for each in data.get("regions", ()))}
     return Finding(**{**data, **boxes})

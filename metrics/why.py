@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -54,7 +53,7 @@ class PixelExplanation:
     others: tuple[str, ...] = ()  # models that are farther off at the pixels' centres, and were not looked at closer
     idle: tuple[str, ...] = ()  # models that change nothing here
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return _finite(asdict(self))  # type: ignore[no-any-return]
 
     def ranked(self) -> tuple[Prediction, ...]:
@@ -243,7 +242,7 @@ def _rgb(values: npt.NDArray[np.float64]) -> RGB:
     return r, g, b
 
 
-def _finite(value: Any) -> Any:
+def _finite(value: object) -> object:
     """``value`` with infinities and NaN as None, for JSON."""
     if isinstance(value, dict):
         return {key: _finite(each) for key, each in value.items()}

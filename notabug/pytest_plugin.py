@@ -5,7 +5,7 @@ Nothing of notabug is imported until a scene is asked for or a picture is judged
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ import pytest
 
 if TYPE_CHECKING:
     from notabug.metrics.verdict import Verdict
-    from notabug.pytest_session import Bench
+    from notabug.pytest_session import Bench, Image
 
 # Name, help, default; each is the option --notabug-NAME and the ini key notabug_NAME.
 TEXTS = (
@@ -139,7 +139,7 @@ class Records:
 
 
 @pytest.fixture
-def judge() -> Any:
+def judge() -> Callable[..., Verdict]:
     """``judge(image, scene=..., **declaration)``: the verdict on a picture, or on several seeds of one.
 
     ``image`` is a path, an array of [height, width, 3] linear float values, or a sequence of either; ``scene`` an id
@@ -149,14 +149,14 @@ def judge() -> Any:
     """
 
     def judge(
-        image: Any,
+        image: Image | Sequence[Image],
         *,
         scene: str,
         variant: dict[str, str] | None = None,
         camera: str = "",
         time: float | None = None,
         purposes: Sequence[str] = (),
-        **declaration: Any,
+        **declaration: object,
     ) -> Verdict:
         from notabug.pytest_session import judged
         from notabug.scenes_usd.view import view_of
@@ -166,5 +166,5 @@ def judge() -> Any:
     return judge
 
 
-def _listed(image: Any) -> Sequence[Any]:
+def _listed(image: Image | Sequence[Image]) -> Sequence[Image]:
     return image if isinstance(image, list | tuple) else [image]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from notabug.adapters.base import Adapter, Declaration, Found, Quality, RendererMissingError
 from notabug.adapters.registry import adapter, adapters
@@ -32,6 +33,7 @@ from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import Picture, read_picture
 from notabug.scenes_usd.view import AS_IT_IS, View, view_of
 
+Image = str | Path | npt.NDArray[np.floating] | Picture
 Kind = Literal["pass", "fail", "xfail", "skip"]
 
 
@@ -113,7 +115,7 @@ class Bench:
             return "xfail", "; ".join(filter(None, (names or word, result.because)))
         return ("skip", said) if word in ("unsupported", "inconclusive") else ("pass", "")
 
-    def write(self, records: Sequence[dict[str, Any]]) -> None:
+    def write(self, records: Sequence[dict[str, object]]) -> None:
         """``run.json`` and the page, of the results that came in."""
         results = [Result.from_dict(each) for each in records]
         order = {(task.choice.id, task.renderer): place for place, task in enumerate(self.tasks.values())}
@@ -126,17 +128,17 @@ class Bench:
 
 
 def judged(
-    images: Sequence[Any],
+    images: Sequence[Image],
     source: str,
     variants: Mapping[str, str],
-    declared: Mapping[str, Any],
+    declared: Mapping[str, object],
     view: View = AS_IT_IS,
 ) -> Verdict:
     """The verdict on ``images``, paths or arrays, as seeds of one renderer; ``declared`` overrides what is unknown."""
     pictures = [each if isinstance(each, Picture) else _picture(each) for each in images]
     height, width = pictures[0].pixels.shape[:2]
     scene = take_scene(source, dict(variants), replace(view, size=(width, height)), "picture").scene
-    words = dict(declared)
+    words: dict[str, Any] = dict(declared)
     base = declare(
         pictures,
         words.pop("filter", "unknown"),
@@ -153,7 +155,7 @@ def judged(
     return judge_read(pictures, scene, declaration).verdict
 
 
-def _picture(image: Any) -> Picture:
+def _picture(image: str | Path | npt.NDArray[np.floating]) -> Picture:
     if isinstance(image, np.ndarray):
         return Picture(np.asarray(image, np.float32), image.shape[-1], 2.0**-24, relative_quantum=True, metadata={})
     return read_picture(Path(image))

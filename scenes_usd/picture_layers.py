@@ -9,7 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import OpenImageIO
 
 BEAUTY = frozenset({"combined", "beauty", "rgba", "rgb"})
 _COLOURS = ({"r", "red"}, {"g", "green"}, {"b", "blue"})
@@ -60,7 +63,7 @@ class Layer:
         return f"{self.label or 'without a name'} ({', '.join(self.channels)})"
 
 
-def layers_of(parts: Sequence[Any]) -> list[Layer]:
+def layers_of(parts: Sequence[OpenImageIO.ImageSpec]) -> list[Layer]:
     """The layers of a file whose parts have the headers ``parts``, in their order."""
     found: dict[tuple[int, str], dict[str, int]] = {}
     for part, spec in enumerate(parts):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pxr import UsdShade
+from pxr import Usd, UsdShade
 
 from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.reader_values import Colour, check_colour, check_number, fault, read, where
@@ -33,7 +33,7 @@ class Inputs:
             expected = f"one of {', '.join(sorted(known))}"
             refuse(fault(self.prim, f"inputs:{name}", "unknown input", expected=expected))
 
-    def source(self, name: str) -> Any:
+    def source(self, name: str) -> Usd.Attribute | None:
         """The attribute that gives the input its value, through connections and interfaces; None where nothing does."""
         given = self._authored.get(name)
         sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
@@ -41,7 +41,7 @@ class Inputs:
             raise fault(self.prim, f"inputs:{name}", f"{len(sources)} connections", expected="one")
         return sources[0] if sources else None
 
-    def shaded(self, name: str) -> Any:
+    def shaded(self, name: str) -> Usd.Attribute | None:
         """The output of another shader that gives the input its value; None where none does."""
         source = self.source(name)
         return source if source is not None and _is_output(source) else None
@@ -82,5 +82,5 @@ class Inputs:
         )
 
 
-def _is_output(source: Any) -> bool:
+def _is_output(source: Usd.Attribute) -> bool:
     return bool(UsdShade.Utils.GetType(source.GetName()) == UsdShade.AttributeType.Output)

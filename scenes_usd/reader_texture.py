@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from pxr import Ar, Usd, UsdShade
@@ -326,7 +326,7 @@ def _wrap(shader: UsdShade.Shader, name: str) -> Wrap:
     return wrap
 
 
-def _get(shader: UsdShade.Shader, name: str) -> Any:
+def _get(shader: UsdShade.Shader, name: str) -> object:
     """The input's value, through interface connections, whatever its type; None where it has none."""
     given = shader.GetInput(name)
     sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []

@@ -9,7 +9,7 @@ hold linear values, row 0 at v = 1. The shading that is meant is written out in 
 from __future__ import annotations
 
 from dataclasses import asdict, fields
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -23,7 +23,7 @@ SPLIT: Literal["02"] = "02"  # the diagonal by which n-gons are cut where a form
 _MATERIAL = tuple(each.name for each in fields(Material) if each.name not in ("path", "preview"))
 
 
-def describe(scene: Scene) -> dict[str, Any]:
+def describe(scene: Scene) -> dict[str, object]:
     """The scene as JSON's own types."""
     return {
         "notabug_scene": VERSION,
@@ -44,7 +44,7 @@ def texture_name(index: int, suffix: str) -> str:
     return f"image{index}{suffix}"
 
 
-def _camera(camera: Camera) -> dict[str, Any]:
+def _camera(camera: Camera) -> dict[str, object]:
     x, y, z, origin = camera.to_world[:, :3].tolist()
     return {
         "position": origin,
@@ -61,19 +61,19 @@ def _camera(camera: Camera) -> dict[str, Any]:
     }
 
 
-def _light(light: Light) -> dict[str, Any]:
-    said: dict[str, Any] = {} if light.shadow_map is None else {"shadow_map": asdict(light.shadow_map)}
+def _light(light: Light) -> dict[str, object]:
+    said: dict[str, object] = {} if light.shadow_map is None else {"shadow_map": asdict(light.shadow_map)}
     if light.kind == "point":
         return {"kind": "point", "position": list(light.position), "intensity": list(light.intensity), **said}
     return {"kind": "distant", "direction": list(light.direction), "irradiance": list(light.intensity), **said}
 
 
-def _material(material: Material) -> dict[str, Any]:
+def _material(material: Material) -> dict[str, object]:
     said = {name: getattr(material, name) for name in _MATERIAL}
     return said if material.preview is None else {**said, "preview": asdict(material.preview)}
 
 
-def _texture(index: int, texture: Texture) -> dict[str, Any]:
+def _texture(index: int, texture: Texture) -> dict[str, object]:
     height, width = texture.pixels.shape[:2]
     return {
         "pfm": texture_name(index, ".pfm"),
@@ -85,7 +85,7 @@ def _texture(index: int, texture: Texture) -> dict[str, Any]:
     }
 
 
-def _object(each: Object) -> dict[str, Any]:
+def _object(each: Object) -> dict[str, object]:
     if not isinstance(each, Mesh):
         return {
             "kind": "sphere",
@@ -93,7 +93,7 @@ def _object(each: Object) -> dict[str, Any]:
             "radius": each.radius,
             "to_world": np.asarray(each.to_world).tolist(),
         }
-    said: dict[str, Any] = {
+    said: dict[str, object] = {
         "kind": "mesh",
         "material": each.material,
         "points": each.points.tolist(),

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +15,8 @@ import numpy.typing as npt
 from notabug.adapters.base import Adapter, Declaration, Quality, RendererError, UnsupportedError
 from notabug.bench.efficiency_cost import Cost, render
 from notabug.bench.efficiency_error import MEASURES, Floor, errors, floor, relmse
-from notabug.references.tracer.envelope import Envelope, Options, trace_envelope
+from notabug.references.tracer.envelope import Envelope, trace_envelope
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
@@ -87,7 +87,7 @@ class Result:
     front: tuple[float, ...] = ()  # the values of the knob that lie on the scene's Pareto front
     message: str = ""
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return asdict(self)
 
 

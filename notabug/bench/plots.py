@@ -6,12 +6,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from notabug.bench.efficiency import Result
 from notabug.bench.stability import Course
 from notabug.bench.stability_sweeps import SWEEPS
 from notabug.bench.stability_theory import SHARE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Okabe and Ito 2008, "Color Universal Design"; yellow is left out, it is too faint on white.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#7F7F7F", "#8C564B")
@@ -110,7 +113,7 @@ def draw(
     return path
 
 
-def _label(axes: Any, ends: Sequence[tuple[str, str, float, float]]) -> None:
+def _label(axes: Axes, ends: Sequence[tuple[str, str, float, float]]) -> None:
     """Names in the margin, at the height of their line's end, moved apart where they would touch."""
     low, high = (math.log10(each) for each in axes.get_ylim())
     heights: list[float] = []

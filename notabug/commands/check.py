@@ -54,7 +54,7 @@ def by_path(survey: Survey) -> list[Remark]:
     return sorted(survey.remarks, key=lambda each: (each.path, ORDER.index(each.kind), each.where))
 
 
-def as_document(source: str, survey: Survey) -> dict[str, Any]:
+def as_document(source: str, survey: Survey) -> dict[str, object]:
     """What ``check --json`` prints."""
     return {
         "schema": "notabug-check/1",
@@ -65,7 +65,7 @@ def as_document(source: str, survey: Survey) -> dict[str, Any]:
     }
 
 
-def _as_dict(remark: Remark) -> dict[str, Any]:
+def _as_dict(remark: Remark) -> dict[str, object]:
     error = remark.error
     said = {"expected": error.expected, "got": error.got, "do": error.do} if error is not None else {}
     return {
@@ -78,7 +78,7 @@ def _as_dict(remark: Remark) -> dict[str, Any]:
     }
 
 
-def what_is_read(scene: Scene) -> list[dict[str, Any]]:
+def what_is_read(scene: Scene) -> list[dict[str, object]]:
     """Everything that is drawn or lights, by its path."""
     rows: list[dict[str, Any]] = [{"path": scene.camera.path, "as": "camera"}]
     rows += [{"path": light.path, "as": f"{light.kind} light"} for light in scene.lights]

@@ -8,7 +8,6 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Any
 
 from filelock import FileLock
 from rich.console import Console
@@ -140,7 +139,7 @@ def _run(words: list[str], name: str, seconds: float) -> Ended:
         return run_child(words, where=name, folder=Path(folder), timeout=seconds, environment=alone, limits=limits)
 
 
-def _row(name: str, recipe: Recipe) -> dict[str, Any]:
+def _row(name: str, recipe: Recipe) -> dict[str, object]:
     """What is told of the renderer ``name``."""
     there = installed(environment_folder(name))
     return {

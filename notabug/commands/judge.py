@@ -11,7 +11,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 from rich.console import Console
 from rich.text import Text
@@ -133,7 +133,7 @@ def declare(
     srgb: bool,
     noisy: bool | None,
     samples: int = 0,
-    said: Mapping[str, Any] | None = None,
+    said: Mapping[str, object] | None = None,
 ) -> Declaration:
     """What is known about pictures that came as files: the options, and the number format of the coarsest file.
 

@@ -22,7 +22,7 @@ from notabug.scenes_usd.catalogue import scenes
 from notabug.scenes_usd.reader import read_scene
 
 
-def list_scenes() -> list[dict[str, Any]]:
+def list_scenes() -> list[dict[str, object]]:
     """Every scene of the corpus with its claim, in the order of the paper's table."""
     return [
         {
@@ -34,7 +34,7 @@ def list_scenes() -> list[dict[str, Any]]:
     ]
 
 
-def list_variants() -> list[dict[str, Any]]:
+def list_variants() -> list[dict[str, object]]:
     """Every variant set: its scene, its variants, its default."""
     return [
         {"scene": each.id, "set": name, "variants": list(values), "default": each.defaults.get(name, "")}
@@ -43,7 +43,7 @@ def list_variants() -> list[dict[str, Any]]:
     ]
 
 
-def list_renderers() -> list[dict[str, Any]]:
+def list_renderers() -> list[dict[str, object]]:
     """Every adapter: the renderer's version or how to install it, and what it can draw."""
     rows = []
     for name, adapter in adapters().items():
@@ -55,7 +55,7 @@ def list_renderers() -> list[dict[str, Any]]:
     return rows
 
 
-def list_models() -> list[dict[str, Any]]:
+def list_models() -> list[dict[str, object]]:
     """Every limitation, convention and fault that can act on a scene of the corpus, and on which."""
     rows: dict[str, dict[str, Any]] = {}
     for each in scenes():
@@ -70,7 +70,7 @@ def list_models() -> list[dict[str, Any]]:
     return sorted(rows.values(), key=lambda row: (order.index(row["kind"]), row["model"]))
 
 
-def list_workarounds() -> list[dict[str, Any]]:
+def list_workarounds() -> list[dict[str, object]]:
     """Every workaround with the class it serves, in the order of the paper's table."""
     rows = (
         {
@@ -113,7 +113,7 @@ def ranges(places: Sequence[int]) -> str:
     return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs)
 
 
-def _numbered(rows: Sequence[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[str]]:
+def _numbered(rows: Sequence[dict[str, object]]) -> tuple[list[dict[str, object]], list[str]]:
     """Models with their scenes as numbers, and the names of these, each once."""
     names = [entry.id for entry in scenes()]
     place = {name: at for at, name in enumerate(names, 1)}

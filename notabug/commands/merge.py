@@ -11,6 +11,7 @@ from typing import Any
 from notabug.adapters.trees import make
 from notabug.exit_codes import ExitCode
 from notabug.report.page import draw
+from notabug.results.document import RunDocument
 from notabug.results.gate import code_of
 from notabug.results.record import SCHEMA, Result, load
 from notabug.results.wording import tally
@@ -82,13 +83,13 @@ def merge(folders: Sequence[Path], out: Path, *, partial: bool = False) -> list[
     return found
 
 
-def _unfinished(folders: Sequence[Path], documents: Sequence[dict[str, Any]]) -> list[str]:
+def _unfinished(folders: Sequence[Path], documents: Sequence[RunDocument]) -> list[str]:
     """The runs that were stopped: the same command goes on where it did."""
     runs = zip(folders, documents, strict=True)
     return [f"the end of the run in {folder}" for folder, each in runs if not each["finished"]]
 
 
-def _missing_shards(documents: Sequence[dict[str, Any]]) -> list[str]:
+def _missing_shards(documents: Sequence[RunDocument]) -> list[str]:
     """The shards that none of the runs is, nor was merged from."""
     jobs = [each["jobs"] for each in documents]
     jobs += [part for each in jobs for part in each.get("merged", ())]
@@ -101,9 +102,7 @@ def _missing_shards(documents: Sequence[dict[str, Any]]) -> list[str]:
     return [f"the shard {index}/{count}" for index in range(1, total + 1) if f"{index}/{count}" not in there]
 
 
-def _gathered(
-    folders: Sequence[Path], documents: Sequence[dict[str, Any]], what: str
-) -> dict[Key, tuple[Path, Result]]:
+def _gathered(folders: Sequence[Path], documents: Sequence[RunDocument], what: str) -> dict[Key, tuple[Path, Result]]:
     """The results by job, with the folder that each is in, in the order of scenes, variants and renderers."""
     found: dict[Key, tuple[Path, Result]] = {}
     for folder, document in zip(folders, documents, strict=True):
@@ -116,7 +115,7 @@ def _gathered(
     return dict(sorted(found.items()))
 
 
-def _document(documents: Sequence[dict[str, Any]], results: list[Result], cards: list[Result]) -> dict[str, Any]:
+def _document(documents: Sequence[RunDocument], results: list[Result], cards: list[Result]) -> RunDocument:
     first = documents[0]
     met = {(each.renderer, each.scene, each.variant) for each in results}
     entries = [entry for each in documents for entry in each["gate"]["unused"]]

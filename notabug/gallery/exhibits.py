@@ -260,7 +260,7 @@ def _error(run: Run, result: Result, reference: Floats) -> tuple[Floats, str]:
     return np.maximum.reduce([error, 0.02 * tolerance, rounding]), "standard errors"
 
 
-def _entry(name: str, title: str, kind: str, file: str, pixels: Floats) -> dict[str, Any]:
+def _entry(name: str, title: str, kind: str, file: str, pixels: Floats) -> dict[str, object]:
     height, width = pixels.shape[:2]
     return {"name": name, "title": title, "kind": kind, "file": file, "size": [width, height]}
 
@@ -274,7 +274,7 @@ def _read(run: Run, name: str) -> tuple[Floats | None, str]:
         return None, str(error)
 
 
-def document(exhibit: Exhibit) -> dict[str, Any]:
+def document(exhibit: Exhibit) -> dict[str, object]:
     """What the viewer loads of an exhibit."""
     plain = {
         "scene": exhibit.scene,

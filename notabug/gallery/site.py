@@ -8,7 +8,6 @@ import json
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 from urllib.parse import urlencode
 
 import numpy as np
@@ -23,7 +22,8 @@ from notabug.gallery.trend import trends
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
 from notabug.references.raster.picture import RasterOptions, raster_picture
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.results.wording import STYLE, WORST_FIRST
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.reader import read_scene
@@ -115,7 +115,7 @@ def _pages(
         "viewer": viewer_address,
     }
 
-    def page(template: str, name: str, **more: Any) -> None:
+    def page(template: str, name: str, **more: object) -> None:
         root = "../" if "/" in name else ""
         store.text(name, jinja.get_template(template).render(**shared, root=root, **more))
 

@@ -11,7 +11,7 @@ from notabug.references.tracer.probe import probe
 from notabug.scenes_usd.scene import Scene
 
 
-def terms(scene: Scene, step: int) -> dict[str, Any]:
+def terms(scene: Scene, step: int) -> dict[str, object]:
     """The tracer's terms at the centres of every ``step``-th pixel of ``scene``, row by row.
 
     Each point is ``[object, face, depth, normal, facet normal, N'.V, u, v, albedo, lights]`` or 0 for the background;

@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from notabug.gallery.exhibits import Exhibit, Run
+from notabug.results.changes import RANK, between
 from notabug.results.record import Result
-from notabug.results.wording import STYLE, area, finding_names, strongest
-
-_ORDER = {word: at for at, word in enumerate(STYLE)}
-_BAND = 0.05  # of an area or strength: less is rounding, noise of seeds, another machine
+from notabug.results.wording import area, number, strongest
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,21 +104,21 @@ def _step(courses: Sequence[Course], runs: Sequence[Run], at: int) -> Step:
             same += 1
         else:
             changes.append(change)
-    changes.sort(key=lambda each: (each.better is not False, -_ORDER[each.after.verdict.word]))
+    changes.sort(key=lambda each: (each.better is not False, -RANK[each.after.verdict.word]))
     return Step(runs[at - 1], runs[at], tuple(changes), same)
 
 
 def _change(course: Course, before: Result, after: Result) -> Change | None:
-    old, new = before.verdict.word, after.verdict.word
-    if old != new:
-        rank = {"pass": 0, "limitation": 1, "bug": 2}
-        better = rank[new] < rank[old] if old in rank and new in rank else None
-        return Change(course.scene, course.variant, before, after, better, f"{old} → {new}")
-    if finding_names(before) != finding_names(after):
-        what = f"{finding_names(before) or 'nothing'} → {finding_names(after) or 'nothing'}"
-        return Change(course.scene, course.variant, before, after, None, what)
-    was, now = area(before), area(after)
-    if abs(now - was) > max(1.0, _BAND * was):
-        what = f"area {was:.0f} → {now:.0f} px"
-        return Change(course.scene, course.variant, before, after, now < was, what)
-    return None
+    change = between(before, after)
+    if change is None:
+        return None
+    if change.before != change.after:
+        what = f"{change.before} → {change.after}"
+    elif change.names_before != change.names_after:
+        what = f"{change.names_before or 'nothing'} → {change.names_after or 'nothing'}"
+    elif change.area_px[0] != change.area_px[1]:
+        what = f"area {change.area_px[0]:.0f} → {change.area_px[1]:.0f} px"
+    else:
+        what = f"strength {number(change.jnd[0], 2)} → {number(change.jnd[1], 2)} jnd"
+    better = {"worse": False, "better": True, "other": None}[change.course]
+    return Change(course.scene, course.variant, before, after, better, what)

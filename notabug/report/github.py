@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from notabug.report.next_steps import going_on
 from notabug.report.sentence import scene_file, sentence, title
+from notabug.results.document import RunDocument
 from notabug.results.record import Result
 
 
-def github(document: dict[str, Any], results: list[Result], out: Path) -> str:
+def github(document: RunDocument, results: list[Result], out: Path) -> str:
     """An error for what fails, a warning for what a gate lets pass though it was not expected, and commands."""
     del document
     lines = []

@@ -5,18 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 from notabug.report.next_steps import going_on
 from notabug.report.sentence import sentence
+from notabug.results.document import RunDocument
 from notabug.results.record import Result
 
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # by XML 1.0
 SKIPPED = frozenset({"unsupported", "inconclusive"})
 
 
-def junit(document: dict[str, Any], results: list[Result], out: Path) -> str:
+def junit(document: RunDocument, results: list[Result], out: Path) -> str:
     """The run ``document`` as one XML document; what fails is a failure, an error that fails an error."""
     suites = ElementTree.Element("testsuites", name="notabug")
     for renderer in dict.fromkeys(each.renderer for each in results):

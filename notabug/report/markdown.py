@@ -5,17 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from notabug.metrics.verdict import GLYPH
 from notabug.printable import printable
+from notabug.results.document import RunDocument
 from notabug.results.record import Result
 from notabug.results.wording import area, finding_names, number, strongest, tally
 
 _MARKS = re.compile(r"([\\`*_{}\[\]<>()#+\-.!|~&@])")
 
 
-def markdown(document: dict[str, Any], results: list[Result], out: Path) -> str:
+def markdown(document: RunDocument, results: list[Result], out: Path) -> str:
     """What fails, what was accepted, and the count of verdicts for each renderer."""
     del out
     gate = document.get("gate", {"unused": [], "file": ""})

@@ -6,7 +6,7 @@ import datetime
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from notabug.exit_codes import ExitCode
 from notabug.results import expect_file
@@ -66,7 +66,7 @@ class Gate:
         found = [each for each in result.verdict.findings if each.kind == word]
         return self.fail_on == "any" or not found or any(each.visible for each in found)
 
-    def document(self, results: Sequence[Result]) -> dict[str, Any]:
+    def document(self, results: Sequence[Result]) -> dict[str, object]:
         """The ``gate`` entry of ``run.json``."""
         return {
             "file": self.file,

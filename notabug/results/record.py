@@ -8,9 +8,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from notabug.metrics.verdict import GLYPH, Verdict
+from notabug.results.document import ResultSaid, RunDocument
 from notabug.results.expectation import State, Statement
 from notabug.results.shape import FILE, FLAG, NAME, NUMBER, TEXT, WHOLE, Fields, Many, Value, check, read_document
 from notabug.results.shape import RecordError as RecordError
@@ -51,7 +52,7 @@ class Result:
         left = self.state in ("grew", "improved", "expired", "models changed")
         return left or (bool(self.expected) and not Statement.parse(self.expected).fits(self))
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> ResultSaid:
         """As in ``run.json``: the verdict's parts lie beside the others, numbers that are not finite become null."""
         verdict = self.verdict.as_dict()
         word = verdict.pop("word")
@@ -79,25 +80,28 @@ class Result:
             "notes": list(self.notes),
             "log": self.log,
         }
-        document: dict[str, Any] = json_ready(plain)
-        return document
+        return cast(ResultSaid, json_ready(plain))
 
     @classmethod
-    def from_dict(cls, data: Any) -> Result:
+    def from_dict(cls, data: object) -> Result:
         """The result that ``data``, as in ``run.json``, holds; raises RecordError where it holds none."""
         try:
             check(data, RESULT, "a result")
-            check(data["seconds"], Many(NUMBER, named=True), "a result: seconds")
-            return cls._from_dict(data)
+            said = cast(ResultSaid, data)
+            check(said["seconds"], Many(NUMBER, named=True), "a result: seconds")
+            return cls._from_dict(said)
         except TypeError as error:  # a key that no finding or leg has
             raise RecordError("not a result of a run", got=str(error), do="run again with --no-resume") from error
 
     @classmethod
-    def _from_dict(cls, data: dict[str, Any]) -> Result:
-        parts = {key: data[key] for key in ("findings", "legs", "triggers", "message", "numbers")}
-        parts["findings"] = [_numbers(each, {"area_px", "jnd", "z"}) for each in parts["findings"]]
-        parts["legs"] = {name: _numbers(each, set(each)) for name, each in parts["legs"].items()}
-        parts["numbers"] = _numbers(parts["numbers"], set(parts["numbers"]))
+    def _from_dict(cls, data: ResultSaid) -> Result:
+        parts = {
+            "findings": [_numbers(dict(finding), {"area_px", "jnd", "z"}) for finding in data["findings"]],
+            "legs": {name: _numbers(dict(leg), set(leg)) for name, leg in data["legs"].items()},
+            "triggers": data["triggers"],
+            "message": data["message"],
+            "numbers": _numbers(dict(data["numbers"]), set(data["numbers"])),
+        }
         return cls(
             scene=data["scene"],
             variant=data["variant"],
@@ -186,7 +190,7 @@ DEFAULTS: dict[str, Any] = {
 }
 
 
-def load(out: Path) -> dict[str, Any]:
+def load(out: Path) -> RunDocument:
     """``run.json`` of the folder ``out``; raises NotabugError where it is not there or is no run's record."""
     path = out / "run.json"
     try:
@@ -200,10 +204,10 @@ def load(out: Path) -> dict[str, Any]:
     for key, value in DEFAULTS.items():
         there = document.get(key, value)
         document[key] = {**value, **there} if isinstance(value, dict) else there
-    return document
+    return cast(RunDocument, document)
 
 
-def json_ready(value: Any) -> Any:
+def json_ready(value: object) -> object:
     """``value`` in JSON's own types: numpy scalars as numbers, tuples as lists, NaN and infinities as null."""
     if isinstance(value, dict):
         return {str(key): json_ready(each) for key, each in value.items()}
@@ -216,5 +220,5 @@ def json_ready(value: Any) -> Any:
     return value
 
 
-def _numbers(data: dict[str, Any], keys: set[str]) -> dict[str, Any]:
+def _numbers(data: dict[str, object], keys: set[str]) -> dict[str, object]:
     return {key: math.nan if value is None and key in keys else value for key, value in data.items()}

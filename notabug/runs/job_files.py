@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import json
 from pathlib import Path
-from typing import Any
 
 from notabug.adapters.base import Adapter, Found, Quality, Render
 from notabug.adapters.trees import empty, replaced, states
@@ -99,7 +98,7 @@ def made_by() -> dict[str, str]:
     return {name: fingerprint(*each) for name, each in floors.items()}
 
 
-def _load(path: Path) -> dict[str, Any]:
+def _load(path: Path) -> dict[str, object]:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

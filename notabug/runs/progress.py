@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal
+from typing import Literal
 
 from rich.console import Console, RenderableType
 from rich.live import Live
@@ -250,7 +250,7 @@ def messages(results: Sequence[Result], out: Path | None = None) -> list[Text]:
     return made
 
 
-def states(results: Sequence[Result], gate: Mapping[str, Any]) -> list[Text]:
+def states(results: Sequence[Result], gate: Mapping[str, object]) -> list[Text]:
     """What became of what was accepted, a state a line, those that fail first; what to do where it is not plain."""
     lines = []
     for state, advice in ADVICE.items():

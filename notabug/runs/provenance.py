@@ -7,7 +7,6 @@ import platform
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 import notabug
 from notabug.references import _native
@@ -23,7 +22,7 @@ def library_versions() -> dict[str, str]:
     return {name: _version(name) for name in LIBRARIES}
 
 
-def tool() -> dict[str, Any]:
+def tool() -> dict[str, object]:
     """The ``tool`` entry of ``run.json``."""
     return {
         "name": "notabug",

@@ -7,9 +7,10 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, cast
+from typing import cast
 
 from notabug.ending import saved_trace
+from notabug.results.document import RunDocument
 from notabug.results.gate import Gate
 from notabug.results.record import SCHEMA, Result
 from notabug.runs.calibration import CARDS
@@ -39,7 +40,7 @@ class Run:
     finished: bool = False
     due: float = 0.0  # when ``run.json`` is next worth its while
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> RunDocument:
         """``run.json``."""
         total = time.perf_counter() - self.begun
         found = {

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
 from rich.table import Table
 from rich.text import Text
@@ -117,7 +116,7 @@ class Effect:
         """Mean FLIP over the picture, of both legs."""
         return sum(each.flip for each in self.result.verdict.legs.values())
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return {
             "scene": self.result.scene,
             "variant": self.result.variant,
@@ -154,7 +153,7 @@ class Row:
     def word(self) -> str:
         return ("reduced" if self.reduced else "not reduced") if self.shown else "not shown"
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return {
             "workaround": self.workaround.name,
             "class": self.workaround.artifact_class,

@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 
 from notabug.references import _native
-from notabug.references.tracer.envelope import Options
 from notabug.references.tracer.flatten import Flat, flatten
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Scene
 
 

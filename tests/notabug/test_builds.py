@@ -13,9 +13,9 @@ import junitparser
 import pytest
 
 from notabug.adapters.base import RendererError
-from notabug.commands.diff import compare
 from notabug.commands.merge import MergeError, merge
 from notabug.metrics.verdict import Finding, Verdict
+from notabug.results.changes import compare
 from notabug.results.record import Result
 from notabug.runs.selection import Choice, part
 from notabug.scenes_usd.reader import find

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from notabug.bench.verdict.catalogue import FAULTS, LIMITATIONS, Fault, Limitation, models_of, staged
 from notabug.bench.verdict.film import BY_NAME, CONDITIONS
@@ -82,7 +82,7 @@ class Group:
         """A number fixed by the group, for choices."""
         return number(self.label, self.name, self.strength, self.scene, self.variants, self.seed, what)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return {**asdict(self), "variants": dict(self.variants)}
 
     def setting(self) -> tuple[str, tuple[tuple[str, str], ...], int]:

@@ -7,14 +7,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import islice
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
 from notabug.adapters.base import Declaration
-from notabug.bench.verdict.catalogue import FAULTS, staged
+from notabug.bench.verdict.catalogue import FAULTS, Fault, staged
 from notabug.bench.verdict.design import NAMED, Group, number, seeds_of
 from notabug.bench.verdict.film import BY_NAME, SEEDS, SUBSAMPLES, Condition, filtered, shoot, variance, written
 from notabug.bench.verdict.gates import Pair, gates
@@ -38,7 +37,7 @@ _UNLABELLED: dict[str, Floats] = {}
 LOOKS = (2, 3, 4, 6, 8, 12, 16)  # seeds at which the sequential test looks
 
 
-def expose(group: Group) -> list[dict[str, Any]]:
+def expose(group: Group) -> list[dict[str, object]]:
     """One record for each picture of ``group``."""
     scene = scene_of(group)
     clean = _unlabelled(scene, ())
@@ -103,7 +102,7 @@ def _gates(pair: Pair) -> dict[str, float]:
     return {gate.name: gate.score(pair) for gate in gates()}
 
 
-def said(verdict: Verdict) -> dict[str, Any]:
+def said(verdict: Verdict) -> dict[str, object]:
     """What a record keeps of a verdict."""
     return {
         "word": verdict.word,
@@ -124,7 +123,7 @@ def scene_of(group: Group) -> Scene:
     return staged(scene, fault.stage if fault else "")
 
 
-def fault_of(group: Group) -> Any:
+def fault_of(group: Group) -> Fault | None:
     return next((each for each in FAULTS if group.label == "bug" and each.name == group.name), None)
 
 
@@ -159,7 +158,7 @@ def _rotated(scene: Scene) -> tuple[Floats, ...]:
     return tuple(subsamples(scene, (pixel_shift(scene.width, scene.height, *move),)) for move in moves)
 
 
-def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, dict[str, Any]]:
+def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, dict[str, object]]:
     """Subsamples of the labelled picture and of the same without its label, and what its renderer declares beyond the
     conditions."""
     if group.label == "clean":
@@ -168,6 +167,7 @@ def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, 
         limited, declared = _limited(group, scene, clean)
         return limited, clean, declared
     fault = fault_of(group)
+    assert fault is not None
     facets = [each for each in models(scene) if each.name == "facet_self_shadow"]
     beside = tuple(facets) if group.draw("beside") % 2 else ()  # half of the buggy renderers have facets too
     model = fault.model(scene, group.strength, group.draw("which"))
@@ -182,14 +182,14 @@ def _of_a_pixel(model: Model) -> Model:
     return replace(model, options={**model.options, **errors}) if errors else model
 
 
-def _declared(model: Model) -> dict[str, Any]:
+def _declared(model: Model) -> dict[str, object]:
     """What a renderer declares that has the limitation ``model``."""
     if model.declared or model.when == ("resolves", "ray_float32"):
         return {"precision": "float32", "hit_error": -1.0}  # as large as float32 implies
     return {name: int(value) if name == "bounces" else value for name, value in model.conditions}
 
 
-def _limited(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[str, Any]]:
+def _limited(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[str, object]]:
     found = [each for each in models(scene) if each.name == group.name and each.kind == "limitation"]
     model = next((each for each in found if each.when == ("resolves", "ray_float32")), found[0])
     declared = _declared(model)
@@ -253,7 +253,7 @@ def _twin(group: Group, scene: Scene, verdict: Verdict) -> bool:
     return any(bool(np.allclose(each, drawn, rtol=1e-9, atol=1e-12)) for each in others)
 
 
-def _sequential(group: Group, scene: Scene, sub: Floats, declared: dict[str, Any]) -> dict[str, Any] | None:
+def _sequential(group: Group, scene: Scene, sub: Floats, declared: dict[str, object]) -> dict[str, object] | None:
     """Seeds of 4 samples are added until two looks in a row say the same; for one group in four."""
     if group.draw("sequential") % 4:
         return None
