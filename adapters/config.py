@@ -70,8 +70,10 @@ def find_config(start: Path | None = None) -> Path | None:
         own, shared = folder / FILE, folder / SHARED
         if own.is_file():
             return _ours(own)
-        if shared.is_file() and b"notabug" in _read(shared) and "notabug" in _parse(shared).get("tool", {}):
-            return _ours(shared)
+        if shared.is_file() and b"notabug" in _read(shared):
+            tool = _parse(shared).get("tool")
+            if isinstance(tool, dict) and "notabug" in tool:
+                return _ours(shared)
     return None
 
 

@@ -14,18 +14,15 @@ exponent of 1e5; what is seen in mirrors and glass to what ``mitsuba_job.py`` sa
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from types import ModuleType
-
-    import mitsuba
 
     from notabug.adapters.job_types import MitsubaLook, PlugIn
 
 
-def whitted(mi: ModuleType, look: MitsubaLook, texture: PlugIn | None, maps: dict[str, PlugIn | None]) -> mitsuba.BSDF:
+def whitted(mi: Any, look: MitsubaLook, texture: PlugIn | None, maps: dict[str, PlugIn | None]) -> Any:
     """A BSDF of the loaded variant of Mitsuba (the module ``mi``) for the material ``look`` of a job.
 
     ``texture`` describes the bitmap that replaces the diffuse colour, or is None; ``maps`` has those of the preview
@@ -57,45 +54,43 @@ def whitted(mi: ModuleType, look: MitsubaLook, texture: PlugIn | None, maps: dic
 
         def eval(
             self,
-            ctx: mitsuba.BSDFContext,
-            si: mitsuba.SurfaceInteraction3f,
-            wo: mitsuba.Vector3f,
-            active: mitsuba.Mask = True,
-        ) -> mitsuba.Color3f:
+            ctx: Any,
+            si: Any,
+            wo: Any,
+            active: Any = True,
+        ) -> Any:
             return _evaluated(dr, mi, look, bitmap, numbers, si, wo, active)
 
         def sample(
             self,
-            ctx: mitsuba.BSDFContext,
-            si: mitsuba.SurfaceInteraction3f,
-            sample1: mitsuba.Float,
-            sample2: mitsuba.Point2f,
-            active: mitsuba.Mask = True,
-        ) -> tuple[mitsuba.BSDFSample3f, mitsuba.Color3f]:
+            ctx: Any,
+            si: Any,
+            sample1: Any,
+            sample2: Any,
+            active: Any = True,
+        ) -> tuple[Any, Any]:
             ray, weight = _sampled(dr, mi, look, chances, si, sample1)
             return ray, dr.select(active, weight, 0.0)
 
         def pdf(
             self,
-            ctx: mitsuba.BSDFContext,
-            si: mitsuba.SurfaceInteraction3f,
-            wo: mitsuba.Vector3f,
-            active: mitsuba.Mask = True,
-        ) -> mitsuba.Float:
+            ctx: Any,
+            si: Any,
+            wo: Any,
+            active: Any = True,
+        ) -> Any:
             return mi.Float(0.0)
 
         def eval_pdf(
             self,
-            ctx: mitsuba.BSDFContext,
-            si: mitsuba.SurfaceInteraction3f,
-            wo: mitsuba.Vector3f,
-            active: mitsuba.Mask = True,
-        ) -> tuple[mitsuba.Color3f, mitsuba.Float]:
+            ctx: Any,
+            si: Any,
+            wo: Any,
+            active: Any = True,
+        ) -> tuple[Any, Any]:
             return self.eval(ctx, si, wo, active), mi.Float(0.0)
 
-        def eval_null_transmission(
-            self, si: mitsuba.SurfaceInteraction3f, active: mitsuba.Mask = True
-        ) -> mitsuba.Color3f:
+        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
             return mi.Color3f(1.0 - opacity)
 
         def to_string(self) -> str:
@@ -105,15 +100,15 @@ def whitted(mi: ModuleType, look: MitsubaLook, texture: PlugIn | None, maps: dic
 
 
 def _evaluated(
-    dr: ModuleType,
-    mi: ModuleType,
+    dr: Any,
+    mi: Any,
     look: MitsubaLook,
-    bitmap: mitsuba.Texture | None,
-    numbers: Mapping[str, mitsuba.Texture],
-    si: mitsuba.SurfaceInteraction3f,
-    wo: mitsuba.Vector3f,
-    active: mitsuba.Mask,
-) -> mitsuba.Color3f:
+    bitmap: Any | None,
+    numbers: Mapping[str, Any],
+    si: Any,
+    wo: Any,
+    active: Any,
+) -> Any:
     """The light that goes from ``wo`` to the viewer, N.L included; the normal is turned to the viewer."""
     nv = mi.Frame3f.cos_theta(si.wi)
     side = dr.select(nv >= 0, 1.0, -1.0)
@@ -131,13 +126,13 @@ def _evaluated(
 
 
 def _sampled(
-    dr: ModuleType,
-    mi: ModuleType,
+    dr: Any,
+    mi: Any,
     look: MitsubaLook,
     chances: tuple[float, float, float],
-    si: mitsuba.SurfaceInteraction3f,
-    sample1: mitsuba.Float,
-) -> tuple[mitsuba.BSDFSample3f, mitsuba.Color3f]:
+    si: Any,
+    sample1: Any,
+) -> tuple[Any, Any]:
     """One of the rays that go on, chosen by ``sample1`` with ``chances``, and its weight."""
     mirror, transmission = mi.Color3f(look["mirror"]), mi.Color3f(look["transmission"])
     bs = dr.zeros(mi.BSDFSample3f)
@@ -182,14 +177,14 @@ def _chances(mirror: list[float], transmission: list[float], rest: float) -> tup
 
 
 def _preview(
-    dr: ModuleType,
-    mi: ModuleType,
-    said: Mapping[str, mitsuba.Float | bool | list[float]],
-    colour: mitsuba.Color3f,
-    V: mitsuba.Vector3f,
-    L: mitsuba.Vector3f,
-    nl: mitsuba.Float,
-) -> mitsuba.Color3f:
+    dr: Any,
+    mi: Any,
+    said: Mapping[str, Any],
+    colour: Any,
+    V: Any,
+    L: Any,
+    nl: Any,
+) -> Any:
     """UsdPreviewSurface's light of irradiance pi: see ``Preview`` of scenes_usd/scene.py; D and G are Mitsuba's own.
 
     ``V`` lies above the surface, ``nl`` is the cosine of ``L`` to the side that it is on.
@@ -205,7 +200,7 @@ def _preview(
         low = dr.lerp(mi.Float(normal), mi.Float(1.0), metallic) * high
         share = 1.0 - metallic
 
-    def lobe(roughness: mitsuba.Float) -> mitsuba.Float:
+    def lobe(roughness: Any) -> Any:
         surface = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, roughness * roughness)
         shown = surface.eval(H) * surface.G(V, L, H) / (4.0 * V.z) * math.pi
         return dr.select(V.z > 0, shown, 0.0)
@@ -217,7 +212,7 @@ def _preview(
     return value
 
 
-def _lobe(dr: ModuleType, mi: ModuleType, look: MitsubaLook, V: mitsuba.Vector3f, L: mitsuba.Vector3f) -> mitsuba.Float:
+def _lobe(dr: Any, mi: Any, look: MitsubaLook, V: Any, L: Any) -> Any:
     """max(R.V, 0)^n or max(N.H, 0)^n for directions in the shading frame.
 
     The cosine c enters as 1 - c^2 or 1 - c, computed from the difference of vectors: with c itself, in float32, an

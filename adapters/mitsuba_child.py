@@ -97,7 +97,8 @@ def _scene(
             }
         else:
             parts[f"object{number}"] = _mesh(mi, f"object{number}", each, arrays, bsdf)
-    return mi.load_dict(parts)
+    made: mitsuba.Scene = mi.load_dict(parts)
+    return made
 
 
 def _bsdf(mi: ModuleType, look: MitsubaLook, textures: dict[str, MitsubaTexture], arrays: Arrays) -> mitsuba.BSDF:
@@ -111,7 +112,8 @@ def _bsdf(mi: ModuleType, look: MitsubaLook, textures: dict[str, MitsubaTexture]
             {} if preview is None else {"metallic": preview["metallic_map"], "roughness": preview["roughness_map"]}
         )
         maps = {name: _bitmap(mi, index, textures, arrays) for name, index in numbers.items()}
-        return whitted(mi, look, bitmap, maps)
+        scripted: mitsuba.BSDF = whitted(mi, look, bitmap, maps)
+        return scripted
     reflectance = bitmap or {"type": "rgb", "value": look["diffuse"]}
     shown: PlugIn = {"type": "diffuse", "reflectance": reflectance}
     if preview:
@@ -121,7 +123,8 @@ def _bsdf(mi: ModuleType, look: MitsubaLook, textures: dict[str, MitsubaTexture]
     surface: PlugIn = {"type": "twosided", "bsdf": shown}
     if look["opacity"] < 1.0:
         surface = {"type": "mask", "opacity": look["opacity"], "nested": surface}
-    return mi.load_dict(surface)
+    made: mitsuba.BSDF = mi.load_dict(surface)
+    return made
 
 
 def _bitmap(mi: ModuleType, index: int, textures: dict[str, MitsubaTexture], arrays: Arrays) -> PlugIn | None:
@@ -143,7 +146,7 @@ def _mesh(mi: ModuleType, name: str, each: MitsubaShape, arrays: Arrays, bsdf: m
     points = arrays[each["points"]]
     properties = mi.Properties()
     properties["bsdf"] = bsdf
-    mesh = mi.Mesh(
+    mesh: mitsuba.Mesh = mi.Mesh(
         name,
         len(points),
         len(points) // 3,

@@ -30,11 +30,21 @@ import json
 import math
 from dataclasses import asdict
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from notabug.adapters.base import Quality, UnsupportedError
-from notabug.adapters.job_types import Arrays
+from notabug.adapters.job_types import (
+    Arrays,
+    MitsubaCamera,
+    MitsubaJob,
+    MitsubaLook,
+    MitsubaPreview,
+    MitsubaShape,
+    MitsubaTexture,
+    PlugIn,
+)
 from notabug.adapters.spheres import centre_and_radius
 from notabug.adapters.textures import Grown, check_alone, grow, shown_uv
 from notabug.scenes_usd.scene import Camera, Light, Material, Preview, Scene, Sphere
@@ -45,7 +55,7 @@ BOUNCES = 8  # a path of depth d meets d - 1 surfaces
 _SIMILAR = 1e-6  # relative deviation from a similarity, or from square pixels, that float32 cannot show
 
 
-def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str, object], Arrays]:
+def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[MitsubaJob, Arrays]:
     """The job's JSON document and its arrays; ``quality.samples`` is already the adapter's own choice.
 
     ``mask`` says opacity with Mitsuba's own plug-in, under ``path``.
@@ -75,7 +85,7 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str
     }, arrays
 
 
-def write_job(document: dict[str, object], arrays: Arrays, folder: Path, variant: str) -> Path:
+def write_job(document: MitsubaJob, arrays: Arrays, folder: Path, variant: str) -> Path:
     """The job in ``folder`` as ``mitsuba_child`` reads it, to be drawn by the Mitsuba ``variant``."""
     np.savez(folder / "arrays.npz", allow_pickle=False, **arrays)
     target = folder / "job.json"
@@ -95,12 +105,12 @@ def _check_one_way(material: Material) -> None:
         )
 
 
-def _look(material: Material, follows: bool) -> dict[str, object]:
+def _look(material: Material, follows: bool) -> MitsubaLook:
     """A material as the child gets it; ``scripted`` where it takes the BSDF of ``mitsuba_bsdf.py``."""
     preview = material.preview
     return {
         "scripted": follows or any(material.specular) or (preview is not None and not _is_metal(preview)),
-        "preview": None if preview is None else asdict(preview),
+        "preview": None if preview is None else cast(MitsubaPreview, asdict(preview)),
         "diffuse": list(material.diffuse),
         "texture": material.texture,
         "specular": list(material.specular),
@@ -120,7 +130,7 @@ def _is_metal(surface: Preview) -> bool:
     return constant and surface.metallic == 1.0 and not surface.specular_workflow and not surface.clearcoat
 
 
-def _camera(camera: Camera, aspect: float) -> dict[str, object]:
+def _camera(camera: Camera, aspect: float) -> MitsubaCamera:
     if abs(camera.tan_y * aspect / camera.tan_x - 1.0) > _SIMILAR:
         raise UnsupportedError(
             "Mitsuba's pixels are square",
@@ -129,16 +139,16 @@ def _camera(camera: Camera, aspect: float) -> dict[str, object]:
             got=f"{camera.tan_x / camera.tan_y:g}",
         )
     to_world = camera.to_world.T * np.array([-1.0, 1.0, -1.0, 1.0])
-    told: dict[str, object] = {"near": camera.near, "far": camera.far}
     if camera.orthographic:  # it sees what lies between -1 and 1 across, about its axis
         beside = camera.shift_x * camera.tan_x * to_world[:, 0] * -1.0 + camera.shift_y * camera.tan_y * to_world[:, 1]
         to_world[:3, 3] += beside[:3]
         to_world[:3, :2] *= camera.tan_x
-        return {**told, "lens": {"type": "orthographic"}, "to_world": to_world.tolist()}
-    lens = {"type": "perspective", "fov": math.degrees(2.0 * math.atan(camera.tan_x)), "fov_axis": "x"}
+        orthographic: PlugIn = {"type": "orthographic"}
+        return {"near": camera.near, "far": camera.far, "lens": orthographic, "to_world": to_world.tolist()}
+    lens: PlugIn = {"type": "perspective", "fov": math.degrees(2.0 * math.atan(camera.tan_x)), "fov_axis": "x"}
     if camera.shift_x or camera.shift_y:  # added to the place on the film, in parts of it, right and down
         lens |= {"principal_point_offset_x": camera.shift_x / 2.0, "principal_point_offset_y": -camera.shift_y / 2.0}
-    return {**told, "lens": lens, "to_world": to_world.tolist()}
+    return {"near": camera.near, "far": camera.far, "lens": lens, "to_world": to_world.tolist()}
 
 
 def _light(light: Light) -> dict[str, object]:
@@ -158,8 +168,8 @@ def _wrapping(scene: Scene, index: int) -> tuple[str, Grown | None]:
     return "repeat", grow(texture, uv)
 
 
-def _textures(scene: Scene, arrays: Arrays) -> dict[str, dict[str, object]]:
-    found = {}
+def _textures(scene: Scene, arrays: Arrays) -> dict[str, MitsubaTexture]:
+    found: dict[str, MitsubaTexture] = {}
     for index in sorted(set().union(*(scene.materials[each.material].textures for each in scene.objects))):
         wrap, grown = _wrapping(scene, index)
         arrays[f"texture{index}"] = (grown.pixels if grown else scene.textures[index].pixels).astype(np.float32)
@@ -167,14 +177,13 @@ def _textures(scene: Scene, arrays: Arrays) -> dict[str, dict[str, object]]:
     return found
 
 
-def _object(scene: Scene, index: int, arrays: Arrays) -> dict[str, object]:
+def _object(scene: Scene, index: int, arrays: Arrays) -> MitsubaShape:
     each = scene.objects[index]
     material = scene.materials[each.material]
     look = str(each.material)
     if isinstance(each, Sphere):
         centre, radius = centre_and_radius(each)
         return {"kind": "sphere", "look": look, "centre": centre, "radius": radius}
-    said: dict[str, object] = {"kind": "mesh", "look": look}
     corner = triangulate(each, "02").corner.ravel()
     parts: Arrays = {"points": each.points[each.corners[corner]]}
     if each.normals is not None:
@@ -183,7 +192,5 @@ def _object(scene: Scene, index: int, arrays: Arrays) -> dict[str, object]:
         grown = _wrapping(scene, min(material.textures))[1]
         uv = (each.uv * grown.a + grown.b if grown else each.uv)[corner]
         parts["uv"] = np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
-    for part, array in parts.items():
-        said[part] = f"{part}{index}"
-        arrays[said[part]] = np.ascontiguousarray(array, np.float32)
-    return said
+    arrays |= {f"{part}{index}": np.ascontiguousarray(array, np.float32) for part, array in parts.items()}
+    return cast(MitsubaShape, {"kind": "mesh", "look": look, **{part: f"{part}{index}" for part in parts}})

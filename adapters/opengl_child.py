@@ -13,7 +13,7 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -65,20 +65,20 @@ def main(folder: Path) -> None:
         np.save(folder / "depth.npy", depth)
 
 
+def _egl(device: int) -> dict[str, Any]:
+    """What moderngl is told of the ``device``; its own stub does not know all of it."""
+    return {"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1", "device_index": device}
+
+
 def create_context() -> moderngl.Context:
     """A context of the first EGL device that gives one."""
     import moderngl
 
     why = []
     for device in range(_DEVICES):
-        settings: dict[str, object] = {
-            "backend": "egl",
-            "libgl": "libGL.so.1",
-            "libegl": "libEGL.so.1",
-            "device_index": device,
-        }
         try:
-            return moderngl.create_context(standalone=True, **settings)
+            made: moderngl.Context = moderngl.create_context(standalone=True, **_egl(device))
+            return made
         except Exception as error:  # moderngl raises nothing more precise
             why.append(f"EGL device {device}: {error}")
     sys.exit("\n".join(why))
@@ -139,7 +139,8 @@ class _Drawing:
     def _set(self, name: str, value: bytes) -> None:
         """Set a uniform, where the compiler left it in."""
         if name in self.program:
-            self.program[name].write(value)
+            uniform: Any = self.program[name]
+            uniform.write(value)
 
     def tile(self, x: int, y: int, width: int, height: int) -> tuple[Pixels, npt.NDArray[np.float64]]:
         """Samples (h, w, 3) and depths (h, w) of the tile whose lower left corner is (x, y), top row first."""
@@ -192,7 +193,8 @@ class _Drawing:
         target.clear(0.0, 0.0, 0.0, 0.0, depth=0.0 if reverse else 1.0)
         target.viewport = whole
         if before is not None:
-            before.color_attachments[1].use(1)
+            layer: Any = before.color_attachments[1]
+            layer.use(1)
         self._set("first_layer", np.int32(before is None).tobytes())
         first = 0
         for each, shape in zip(self.job["objects"], self.shapes, strict=True):

@@ -20,7 +20,7 @@ from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.causes import encoded, find_scale, find_shifts, zoomed
-from notabug.metrics.valid import invalid
+from notabug.metrics.image_checks import invalid
 from notabug.references.models.camera import half_if_near
 from notabug.references.tracer.envelope import Envelope
 from notabug.references.tracer.precision import RELATIVE

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible
-from notabug.metrics.neighbours import Bools
+from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
 from notabug.references.models.camera import shift_message
 from notabug.scenes_usd.srgb import decode_srgb, encode_srgb

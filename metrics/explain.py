@@ -17,9 +17,9 @@ import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.channels import pixels, put
-from notabug.metrics.neighbours import Bools
+from notabug.metrics.global_fit import GlobalFit, global_fit
+from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
-from notabug.metrics.nuisance import Nuisance, nuisance
 from notabug.metrics.quick import Predict, Preview, choices, nearer, nears, surely_helps
 from notabug.metrics.reach import Reach, reach
 from notabug.metrics.rules import (
@@ -70,17 +70,17 @@ class Explanation:
     alphas: dict[str, Floats]
     freedom: float
     significance: Significance
-    nuisance: Nuisance  # fitted only where nothing else is wrong
+    global_fit: GlobalFit  # fitted only where nothing else is wrong
     before: Floats  # (h, w) z of the picture against the reference alone
 
     @property
     def triggers(self) -> tuple[str, ...]:
-        return self.significance.triggers + self.nuisance.triggers
+        return self.significance.triggers + self.global_fit.triggers
 
     @property
     def severity(self) -> float:
         """How near the picture is to being called a bug: from 1 on it is one. It only ranks pictures."""
-        return max(self.significance.severity, *self.nuisance.severity)
+        return max(self.significance.severity, *self.global_fit.severity)
 
 
 def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: tuple[Model, ...] = ()) -> Explanation:
@@ -124,8 +124,8 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
     found = significance(r, measured, target)
     wrong = np.flatnonzero(found.pixels)
     nearest = put(measured.mean, wrong, pixels(measured.mean, wrong) - pixels(r, wrong))
-    global_fit = Nuisance() if found.triggers else nuisance(measured, target, excluded)
-    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z)
+    whole = GlobalFit() if found.triggers else global_fit(measured, target, excluded)
+    return Explanation(models, target, nearest, alphas, freedom, found, whole, found.z)
 
 
 def explain(

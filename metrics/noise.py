@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.channels import spread
-from notabug.metrics.neighbours import weighed
+from notabug.metrics.image_filters import weighed
 
 Floats = npt.NDArray[np.floating]
 TILE = 16

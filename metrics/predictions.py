@@ -21,8 +21,8 @@ import numpy.typing as npt
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import BESIDE, Admissible, admissible, reckonable
 from notabug.metrics.channels import pixels, put
-from notabug.metrics.neighbours import Bools, widened
-from notabug.metrics.valid import finite
+from notabug.metrics.image_checks import finite
+from notabug.metrics.image_filters import Bools, widened
 from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model
 from notabug.references.predict import Near, predict_near, preview, preview_at

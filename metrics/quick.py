@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import largest, pixels
-from notabug.metrics.neighbours import widened
+from notabug.metrics.image_filters import widened
 from notabug.metrics.noise import Measured
 from notabug.references.models.model import Model
 

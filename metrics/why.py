@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import admissible
-from notabug.metrics.valid import invalid
+from notabug.metrics.image_checks import invalid
 from notabug.references.models.model import Model, models
 from notabug.references.predict import configured, predict, preview_at
 from notabug.references.tracer.probe import Probe, probe
@@ -54,7 +54,7 @@ class PixelExplanation:
     idle: tuple[str, ...] = ()  # models that change nothing here
 
     def as_dict(self) -> dict[str, object]:
-        return _finite(asdict(self))  # type: ignore[no-any-return]
+        return {name: _finite(part) for name, part in asdict(self).items()}
 
     def ranked(self) -> tuple[Prediction, ...]:
         """The models that change something here, best first: those that fit, by how near their own value is.

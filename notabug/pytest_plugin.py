@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
 if TYPE_CHECKING:
     from notabug.metrics.verdict import Verdict
     from notabug.pytest_session import Bench, Image
+    from notabug.results.document import ResultSaid
 
 # Name, help, default; each is the option --notabug-NAME and the ini key notabug_NAME.
 TEXTS = (
@@ -87,7 +88,7 @@ class Picture(pytest.Item):
     def __init__(self, *, bench: Bench, **words: Any) -> None:
         super().__init__(**words)
         self.bench = bench
-        self.record: dict[str, Any] | None = None
+        self.record: ResultSaid | None = None
 
     def runtest(self) -> None:
         missing = self.bench.missing(self.name)
@@ -124,7 +125,7 @@ class Records:
 
     def __init__(self, config: pytest.Config) -> None:
         self._config = config
-        self._records: list[dict[str, Any]] = []
+        self._records: list[ResultSaid] = []
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         record = getattr(report, "notabug", None)
@@ -167,4 +168,4 @@ def judge() -> Callable[..., Verdict]:
 
 
 def _listed(image: Image | Sequence[Image]) -> Sequence[Image]:
-    return image if isinstance(image, list | tuple) else [image]
+    return image if isinstance(image, list | tuple) else [cast("Image", image)]

@@ -17,6 +17,7 @@ from notabug.commands.judge import declare
 from notabug.metrics.verdict import Verdict
 from notabug.report.page import draw
 from notabug.report.sentence import sentence
+from notabug.results.document import ResultSaid
 from notabug.results.expectation import BETTER
 from notabug.results.gate import FailOn, Gate
 from notabug.results.record import Result
@@ -115,7 +116,7 @@ class Bench:
             return "xfail", "; ".join(filter(None, (names or word, result.because)))
         return ("skip", said) if word in ("unsupported", "inconclusive") else ("pass", "")
 
-    def write(self, records: Sequence[dict[str, object]]) -> None:
+    def write(self, records: Sequence[ResultSaid]) -> None:
         """``run.json`` and the page, of the results that came in."""
         results = [Result.from_dict(each) for each in records]
         order = {(task.choice.id, task.renderer): place for place, task in enumerate(self.tasks.values())}

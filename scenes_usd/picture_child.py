@@ -28,7 +28,7 @@ _PROGRAM = 2 << 30  # bytes that Python and the libraries map, most of them neve
 _PARTS = ("what", "where", "expected", "got", "do")
 
 
-def read_by_child(path: Path, layer: str, srgb: bool, header: bool) -> dict[str, object]:
+def read_by_child(path: Path, layer: str, srgb: bool, header: bool) -> dict[str, Any]:
     """The fields of the Picture, or Header, in the file at ``path``; raises PictureError."""
     with temporary_folder() as folder:
         request = {"path": str(path.resolve()), "layer": layer, "srgb": srgb, "header": header, "where": str(path)}

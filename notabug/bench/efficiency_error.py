@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.bench.stability_kinds import edges
-from notabug.metrics.neighbours import widened
+from notabug.metrics.image_filters import widened
 from notabug.references.tracer.envelope import Envelope
 from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
 from notabug.scenes_usd.srgb import encode_srgb

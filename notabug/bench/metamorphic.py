@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Adapter, Quality, RendererError, UnsupportedError
 from notabug.bench.metamorphic_relations import RELATIONS, Relation
-from notabug.metrics.neighbours import widened
+from notabug.metrics.image_filters import widened
 from notabug.references.tracer.envelope import Envelope, trace_envelope
 from notabug.references.tracer.options import Options
 from notabug.scenes_usd.reader import read_scene

@@ -54,13 +54,16 @@ def draw(out: Path) -> Path:
     return page
 
 
+Rows = Sequence[dict[str, Any]]
+
+
 def _inline(path: Path) -> Markup:
     """A plot of ours as part of the page: without the XML head."""
     text = path.read_text("utf-8")
     return Markup(text[text.index("<svg") :])  # noqa: S704 - drawn by us; matplotlib escapes its labels
 
 
-def _stability(rows: Sequence[dict[str, object]], plots: Path) -> list[Part]:
+def _stability(rows: Rows, plots: Path) -> list[Part]:
     courses = [course_from(each) for each in rows]
     parts = []
     for name in SWEEPS:
@@ -83,13 +86,13 @@ def _stability(rows: Sequence[dict[str, object]], plots: Path) -> list[Part]:
     return parts
 
 
-def course_from(data: dict[str, object]) -> stability.Course:
+def course_from(data: dict[str, Any]) -> stability.Course:
     """A course as ``stability.json`` holds it."""
     fields = {key: value for key, value in data.items() if key != "decades_off"}
     return stability.Course(**{**fields, "points": tuple(stability.Point(**each) for each in data["points"])})
 
 
-def result_from(data: dict[str, object]) -> efficiency.Result:
+def result_from(data: dict[str, Any]) -> efficiency.Result:
     """A result as ``efficiency.json`` holds it."""
     places = tuple(
         efficiency.Place(**{**each, "spread": {k: tuple(v) for k, v in each["spread"].items()}})
@@ -99,7 +102,7 @@ def result_from(data: dict[str, object]) -> efficiency.Result:
     return efficiency.Result(**{**data, "places": places, "floor": found, "front": tuple(data["front"])})
 
 
-def _efficiency(rows: Sequence[dict[str, object]], plots: Path) -> list[Part]:
+def _efficiency(rows: Rows, plots: Path) -> list[Part]:
     results = [result_from(each) for each in rows]
     parts = []
     for (scene, knob), group in groupby(results, key=lambda each: (each.scene, each.knob)):
@@ -129,12 +132,12 @@ def _efficiency(rows: Sequence[dict[str, object]], plots: Path) -> list[Part]:
     return parts
 
 
-def _check_from(data: dict[str, object]) -> metamorphic.Check:
+def _check_from(data: dict[str, Any]) -> metamorphic.Check:
     fields: dict[str, Any] = {key: value for key, value in data.items() if key != "broken"}
     return metamorphic.Check(**{**fields, "place": tuple(data["place"])})
 
 
-def _metamorphic(rows: Sequence[dict[str, object]], _: Path) -> list[Part]:
+def _metamorphic(rows: Rows, _: Path) -> list[Part]:
     checks = [_check_from(each) for each in rows]
     parts = []
     for renderer, group in groupby(checks, key=lambda each: each.renderer):

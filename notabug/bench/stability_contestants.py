@@ -79,9 +79,6 @@ def _drawn_by(each: Adapter) -> Callable[[Scene], Floats]:
     return draw
 
 
-Precision = Literal["float32", "float64"]
-
-
 def _tracer(precision: Precision, version: str, rule: Literal["exact", "absolute"]) -> Contestant:
     """Our tracer: by its own rule, which leaves out the facet that a shadow ray starts on, or by a fixed epsilon."""
     from notabug.references.tracer.envelope import trace_picture

@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.bench.stability_scenes import headlit
-from notabug.metrics.neighbours import widened
+from notabug.metrics.image_filters import widened
 from notabug.references.tracer.envelope import Envelope, trace_envelope
 from notabug.references.tracer.options import Options
 from notabug.references.tracer.precision import ABSOLUTE, RELATIVE

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from notabug.exit_codes import ExitCode
-from notabug.results.expect_file import HEAD, VERDICTS, ExpectationError, values, with_entry
+from notabug.results.expect_file import ACCEPTED, HEAD, ExpectationError, values, with_entry
 from notabug.results.expectation import Band, Entry, found_names
 from notabug.results.record import Result, load
 from notabug.results.wording import area, strongest
@@ -63,7 +63,7 @@ def entry_for(
 ) -> Entry:
     """The entry that expects ``result`` again, its area and jnd within ``share`` of what they are."""
     word = result.verdict.word
-    if word not in VERDICTS:
+    if word not in ACCEPTED:
         raise SelectionError("there is nothing to accept", where=f"{result.scene} {result.renderer}", got=word)
     names = found_names(result)
     return Entry(

@@ -11,7 +11,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 from rich.console import Console
 from rich.text import Text
@@ -23,7 +23,7 @@ from notabug.exit_codes import ExitCode
 from notabug.printable import escaped
 from notabug.report.page import draw
 from notabug.results.gate import Gate, code_of
-from notabug.results.record import SCHEMA, Result, json_ready
+from notabug.results.record import Result, json_ready, run_document
 from notabug.results.wording import number, readable
 from notabug.runs.folders import folder_name, write_json
 from notabug.runs.judge_files import judge_pictures
@@ -91,17 +91,15 @@ def command(
     )
     result = Gate().judged(result)
     total = time.perf_counter() - begun
-    document = {
-        "schema": SCHEMA,
-        "tool": tool(),
-        "command": ["notabug", *sys.argv[1:]],
-        "finished": True,
-        "seconds": {"total": total, "render": 0.0, "outside": total},
-        "renderers": {"file": {"version": "", "where": ""}},
-        "declaration": json_ready({name: getattr(declaration, name) for name in Declaration.__slots__}),
-        "calibration": [],
-        "results": [result.as_dict()],
-    }
+    plain = run_document(
+        tool=tool(),
+        command=["notabug", *sys.argv[1:]],
+        seconds={"total": total, "render": 0.0, "outside": total},
+        renderers={"file": {"version": "", "where": ""}},
+        results=[result],
+    )
+    said = {name: getattr(declaration, name) for name in Declaration.__slots__}
+    document = {**plain, "declaration": json_ready(said)}
     if out is not None:
         write_json(out / "run.json", document)
         page = draw(out)
@@ -152,7 +150,8 @@ def declare(
         samples=samples,
         **declared.unknown(),
     )
-    return replace(made, **{"hit_error": -1.0, **said}) if said else made
+    fields: dict[str, Any] = {"hit_error": -1.0, **(said or {})}
+    return replace(made, **fields) if said else made
 
 
 def _kept(images: Sequence[Path], pictures: Sequence[Picture], folder: Path, *, anew: bool) -> list[Path]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rich.table import Table
@@ -45,7 +45,7 @@ def list_variants() -> list[dict[str, object]]:
 
 def list_renderers() -> list[dict[str, object]]:
     """Every adapter: the renderer's version or how to install it, and what it can draw."""
-    rows = []
+    rows: list[dict[str, object]] = []
     for name, adapter in adapters().items():
         try:
             version = adapter.find().version
@@ -72,7 +72,7 @@ def list_models() -> list[dict[str, object]]:
 
 def list_workarounds() -> list[dict[str, object]]:
     """Every workaround with the class it serves, in the order of the paper's table."""
-    rows = (
+    return [
         {
             "workaround": each.name,
             "class": each.artifact_class,
@@ -80,12 +80,11 @@ def list_workarounds() -> list[dict[str, object]]:
             "claim": each.claim,
             "caveat": each.caveat,
         }
-        for each in workarounds()
-    )
-    return sorted(rows, key=lambda row: CLASSES.index(row["class"]))
+        for each in sorted(workarounds(), key=lambda workaround: CLASSES.index(workaround.artifact_class))
+    ]
 
 
-LISTS = {
+LISTS: Mapping[str, Callable[[], Sequence[Mapping[str, object]]]] = {
     "scenes": list_scenes,
     "variants": list_variants,
     "renderers": list_renderers,
@@ -113,20 +112,26 @@ def ranges(places: Sequence[int]) -> str:
     return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs)
 
 
-def _numbered(rows: Sequence[dict[str, object]]) -> tuple[list[dict[str, object]], list[str]]:
+def _numbered(rows: Sequence[Mapping[str, object]]) -> tuple[list[dict[str, object]], list[str]]:
     """Models with their scenes as numbers, and the names of these, each once."""
     names = [entry.id for entry in scenes()]
     place = {name: at for at, name in enumerate(names, 1)}
     shown = []
     for row in rows:
-        own = sorted(place[name] for name in row["scenes"])
-        shown.append(row | {"scenes": "all" if len(own) == len(names) else ranges(own)})
+        own = sorted(place[str(name)] for name in _many(row["scenes"]))
+        shown.append({**row, "scenes": "all" if len(own) == len(names) else ranges(own)})
     return shown, names
+
+
+def _many(value: object) -> list[object]:
+    """``value``, which is a list."""
+    assert isinstance(value, list)
+    return value
 
 
 def command(topic: str, as_json: bool) -> ExitCode:
     """Print one of the lists; the code is NOTHING where it is empty."""
-    rows = LISTS[topic]()
+    rows: Sequence[Mapping[str, object]] = LISTS[topic]()
     if as_json:
         print(escaped(json.dumps({topic: rows}, ensure_ascii=False)))
     elif rows:
@@ -137,7 +142,7 @@ def command(topic: str, as_json: bool) -> ExitCode:
         for name, value in rows[0].items():
             table.add_column(name, no_wrap=isinstance(value, str) and name not in _WIDE)
         for row in rows:
-            cells = (", ".join(value) if isinstance(value, list) else str(value) for value in row.values())
+            cells = (", ".join(map(str, value)) if isinstance(value, list) else str(value) for value in row.values())
             table.add_row(*map(Text, cells))
         console().print(table)
         if names:

@@ -6,14 +6,14 @@ import json
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 from notabug.adapters.trees import make
 from notabug.exit_codes import ExitCode
 from notabug.report.page import draw
-from notabug.results.document import RunDocument
+from notabug.results.document import RendererSaid, RunDocument
 from notabug.results.gate import code_of
-from notabug.results.record import SCHEMA, Result, load
+from notabug.results.record import Result, load, run_document
 from notabug.results.wording import tally
 from notabug.runs.folders import sole_writer, write_json
 from notabug.runs.progress import console
@@ -79,7 +79,7 @@ def merge(folders: Sequence[Path], out: Path, *, partial: bool = False) -> list[
             shutil.copyfile(source, out / name)
         found = [result for _, result in results.values()]
         document = _document(documents, found, [result for _, result in cards.values()])
-        write_json(out / "run.json", document | {"finished": not gaps, "partial": bool(gaps)})
+        write_json(out / "run.json", {**document, "finished": not gaps, "partial": bool(gaps)})
     return found
 
 
@@ -102,11 +102,13 @@ def _missing_shards(documents: Sequence[RunDocument]) -> list[str]:
     return [f"the shard {index}/{count}" for index in range(1, total + 1) if f"{index}/{count}" not in there]
 
 
-def _gathered(folders: Sequence[Path], documents: Sequence[RunDocument], what: str) -> dict[Key, tuple[Path, Result]]:
+def _gathered(
+    folders: Sequence[Path], documents: Sequence[RunDocument], what: Literal["results", "calibration"]
+) -> dict[Key, tuple[Path, Result]]:
     """The results by job, with the folder that each is in, in the order of scenes, variants and renderers."""
     found: dict[Key, tuple[Path, Result]] = {}
     for folder, document in zip(folders, documents, strict=True):
-        for each in (Result.from_dict(data) for data in document[what]):
+        for each in map(Result.from_dict, document["results"] if what == "results" else document["calibration"]):
             key = (each.scene, each.variant, each.renderer)
             there = found.setdefault(key, (folder, each))
             if what == "results" and (there[1].verdict.word, there[1].state) != (each.verdict.word, each.state):
@@ -120,24 +122,26 @@ def _document(documents: Sequence[RunDocument], results: list[Result], cards: li
     met = {(each.renderer, each.scene, each.variant) for each in results}
     entries = [entry for each in documents for entry in each["gate"]["unused"]]
     unused = {(each["renderer"], each["scene"], each["variant"]): each for each in entries}
-    renderers: dict[str, Any] = {}
-    for each in documents:
-        for name, found in each["renderers"].items():
+    renderers: dict[str, RendererSaid] = {}
+    for document in documents:
+        for name, found in document["renderers"].items():
             if "missing" in renderers.get(name, {"missing": ""}):
                 renderers[name] = found
-    return {
-        "schema": SCHEMA,
-        "tool": first["tool"],
-        "command": first["command"],
-        "seconds": {
-            key: sum(each["seconds"].get(key, 0.0) for each in documents) for key in ("total", "render", "outside")
+    return run_document(
+        tool=first["tool"],
+        command=first["command"],
+        seconds={
+            key: sum(document["seconds"].get(key, 0.0) for document in documents)
+            for key in ("total", "render", "outside")
         },
-        "jobs": {"merged": [part for each in documents for part in each["jobs"].get("merged", [each["jobs"]])]},
-        "gate": first["gate"] | {"unused": [each for key, each in sorted(unused.items()) if key not in met]},
-        "renderers": renderers,
-        "calibration": [each.as_dict() for each in cards],
-        "results": [each.as_dict() for each in results],
-    }
+        jobs={
+            "merged": [part for document in documents for part in document["jobs"].get("merged", [document["jobs"]])]
+        },
+        gate={**first["gate"], "unused": [entry for key, entry in sorted(unused.items()) if key not in met]},
+        renderers=renderers,
+        calibration=cards,
+        results=results,
+    )
 
 
 def _source(folder: Path, out: Path, name: str) -> Path:

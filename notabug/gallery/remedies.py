@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from notabug.gallery.exhibits import Drawn, Exhibit
+from notabug.gallery.entries import Drawn, Exhibit
 from notabug.gallery.store import Store
 from notabug.references.models.model import models
 from notabug.references.predict import predict

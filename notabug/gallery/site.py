@@ -12,7 +12,7 @@ from urllib.parse import urlencode
 
 import numpy as np
 
-from notabug.gallery.exhibits import Exhibit, Run, collect, document, own_models, read_run, scene_of
+from notabug.gallery.entries import Exhibit, Run, collect, document, own_models, read_run, scene_of
 from notabug.gallery.remedies import remedies
 from notabug.gallery.store import Store
 from notabug.gallery.taxonomy import Kind, taxonomy

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from notabug.gallery.exhibits import Exhibit, Run
+from notabug.gallery.entries import Exhibit, Run
 from notabug.results.changes import RANK, between
 from notabug.results.record import Result
 from notabug.results.wording import area, number, strongest

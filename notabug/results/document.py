@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NotRequired, TypedDict
 
 from notabug.results.expectation import State
+from notabug.scenes_usd.catalogue import Word
 
 
 class FindingSaid(TypedDict):
@@ -26,7 +27,7 @@ class ResultSaid(TypedDict):
     variant: str
     renderer: str
     renderer_version: str
-    verdict: str
+    verdict: Word
     findings: list[FindingSaid]
     legs: dict[str, dict[str, float | None]]
     triggers: list[str]

@@ -85,10 +85,11 @@ def _entry(table: object, where: str) -> Entry:
 
 
 def _band(value: object, where: str) -> Band:
-    numbers = isinstance(value, list) and len(value) == 2 and all(type(each) in (int, float) for each in value)
-    if not numbers or not (0.0 <= value[0] <= value[1] < math.inf):
-        raise ExpectationError("not a band", where=where, expected="[least, most]", got=repr(value))
-    return (float(value[0]), float(value[1]))
+    if isinstance(value, list) and len(value) == 2 and all(type(end) in (int, float) for end in value):
+        least, most = value
+        if 0.0 <= least <= most < math.inf:
+            return (float(least), float(most))
+    raise ExpectationError("not a band", where=where, expected="[least, most]", got=repr(value))
 
 
 def with_entry(text: str, entry: Entry) -> str:

@@ -10,6 +10,7 @@ from typing import Literal
 
 from notabug.exit_codes import ExitCode
 from notabug.results import expect_file
+from notabug.results.document import GateSaid
 from notabug.results.expectation import WORSE, Entry, State, against_entry, against_table, leaves_upwards, unused
 from notabug.results.record import Result
 from notabug.runs.provenance import models_version
@@ -66,15 +67,15 @@ class Gate:
         found = [each for each in result.verdict.findings if each.kind == word]
         return self.fail_on == "any" or not found or any(each.visible for each in found)
 
-    def document(self, results: Sequence[Result]) -> dict[str, object]:
+    def document(self, results: Sequence[Result]) -> GateSaid:
         """The ``gate`` entry of ``run.json``."""
         return {
             "file": self.file,
             "fail_on": self.fail_on,
             "models": self.models,
             "unused": [
-                dict(zip(("renderer", "scene", "variant"), each.key, strict=True))
-                for each in unused(self.entries, results)
+                {"renderer": renderer, "scene": scene, "variant": variant}
+                for renderer, scene, variant in (entry.key for entry in unused(self.entries, results))
             ],
         }
 

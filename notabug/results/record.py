@@ -6,12 +6,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
-from notabug.metrics.verdict import GLYPH, Verdict
-from notabug.results.document import ResultSaid, RunDocument
+from notabug.metrics.verdict import GLYPH, Verdict, VerdictSaid
+from notabug.results.document import GateSaid, JobsSaid, RendererSaid, ResultSaid, RunDocument, ToolSaid
 from notabug.results.expectation import State, Statement
 from notabug.results.shape import FILE, FLAG, NAME, NUMBER, TEXT, WHOLE, Fields, Many, Value, check, read_document
 from notabug.results.shape import RecordError as RecordError
@@ -55,14 +56,13 @@ class Result:
     def as_dict(self) -> ResultSaid:
         """As in ``run.json``: the verdict's parts lie beside the others, numbers that are not finite become null."""
         verdict = self.verdict.as_dict()
-        word = verdict.pop("word")
         plain = {
             "scene": self.scene,
             "variant": self.variant,
             "renderer": self.renderer,
             "renderer_version": self.renderer_version,
-            "verdict": word,
-            **verdict,
+            "verdict": verdict["word"],
+            **{name: part for name, part in verdict.items() if name != "word"},
             "samples": self.samples,
             "seeds": self.seeds,
             "seconds": self.seconds,
@@ -95,7 +95,8 @@ class Result:
 
     @classmethod
     def _from_dict(cls, data: ResultSaid) -> Result:
-        parts = {
+        verdict: VerdictSaid = {
+            "word": data["verdict"],
             "findings": [_numbers(dict(finding), {"area_px", "jnd", "z"}) for finding in data["findings"]],
             "legs": {name: _numbers(dict(leg), set(leg)) for name, leg in data["legs"].items()},
             "triggers": data["triggers"],
@@ -107,7 +108,7 @@ class Result:
             variant=data["variant"],
             renderer=data["renderer"],
             renderer_version=data["renderer_version"],
-            verdict=Verdict.from_dict({"word": data["verdict"], **parts}),
+            verdict=Verdict.from_dict(verdict),
             samples=data["samples"],
             seeds=data["seeds"],
             seconds=dict(data["seconds"]),
@@ -190,6 +191,34 @@ DEFAULTS: dict[str, Any] = {
 }
 
 
+def run_document(
+    *,
+    tool: ToolSaid,
+    command: Sequence[str],
+    seconds: dict[str, float],
+    renderers: dict[str, RendererSaid],
+    results: Sequence[Result],
+    calibration: Sequence[Result] = (),
+    finished: bool = True,
+    jobs: JobsSaid | None = None,
+    gate: GateSaid | None = None,
+) -> RunDocument:
+    """``run.json``, whoever writes it: a run, shards that are merged, or a picture that is judged."""
+    plain: RunDocument = {
+        "schema": SCHEMA,
+        "tool": tool,
+        "command": list(command),
+        "finished": finished,
+        "seconds": seconds,
+        "jobs": jobs or {"shard": ""},
+        "gate": gate or {"file": "", "fail_on": "any", "models": "", "unused": []},
+        "renderers": renderers,
+        "calibration": [result.as_dict() for result in calibration],
+        "results": [result.as_dict() for result in results],
+    }
+    return plain
+
+
 def load(out: Path) -> RunDocument:
     """``run.json`` of the folder ``out``; raises NotabugError where it is not there or is no run's record."""
     path = out / "run.json"
@@ -202,7 +231,7 @@ def load(out: Path) -> RunDocument:
     except OSError as error:
         raise NotabugError("cannot read the run", where=str(path), got=error.strerror or "", do="notabug run") from None
     for key, value in DEFAULTS.items():
-        there = document.get(key, value)
+        there: Any = document.get(key, value)
         document[key] = {**value, **there} if isinstance(value, dict) else there
     return cast(RunDocument, document)
 
@@ -220,5 +249,5 @@ def json_ready(value: object) -> object:
     return value
 
 
-def _numbers(data: dict[str, object], keys: set[str]) -> dict[str, object]:
+def _numbers(data: dict[str, Any], keys: set[str]) -> dict[str, Any]:
     return {key: math.nan if value is None and key in keys else value for key, value in data.items()}

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import json
 from pathlib import Path
+from typing import Any
 
 from notabug.adapters.base import Adapter, Found, Quality, Render
 from notabug.adapters.trees import empty, replaced, states
@@ -66,9 +67,10 @@ def kept_renders(folder: Path, key: str) -> tuple[Render, ...]:
         check(stored, _RENDERS, str(folder))
     except RecordError:
         return ()
+    kept: Any = stored["renders"]  # of the shape that was checked
     renders = tuple(
-        Render(folder / each["image"], each["seed"], each["samples"], each["seconds"], tuple(each["command"]))
-        for each in stored["renders"]
+        Render(folder / said["image"], said["seed"], said["samples"], said["seconds"], tuple(said["command"]))
+        for said in kept
     )
     there = all(each.image.is_file() and each.image.resolve().is_relative_to(folder.resolve()) for each in renders)
     return renders if there and not (folder / "renders").is_symlink() else ()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Literal
@@ -17,6 +17,7 @@ from rich.text import Text
 from notabug.metrics.verdict import GLYPH
 from notabug.printable import SafeConsole
 from notabug.results.alike import alike, kind
+from notabug.results.document import GateSaid
 from notabug.results.record import Result
 from notabug.results.wording import STYLE, area, finding_names, number, strongest
 
@@ -250,7 +251,7 @@ def messages(results: Sequence[Result], out: Path | None = None) -> list[Text]:
     return made
 
 
-def states(results: Sequence[Result], gate: Mapping[str, object]) -> list[Text]:
+def states(results: Sequence[Result], gate: GateSaid) -> list[Text]:
     """What became of what was accepted, a state a line, those that fail first; what to do where it is not plain."""
     lines = []
     for state, advice in ADVICE.items():

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import notabug
 from notabug.references import _native
+from notabug.results.document import ToolSaid
 
 LIBRARIES = ("numpy", "scipy", "OpenImageIO", "usd-core", "flip-evaluator", "scikit-image")
 
@@ -22,7 +23,7 @@ def library_versions() -> dict[str, str]:
     return {name: _version(name) for name in LIBRARIES}
 
 
-def tool() -> dict[str, object]:
+def tool() -> ToolSaid:
     """The ``tool`` entry of ``run.json``."""
     return {
         "name": "notabug",

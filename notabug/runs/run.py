@@ -10,9 +10,9 @@ from functools import partial
 from typing import cast
 
 from notabug.ending import saved_trace
-from notabug.results.document import RunDocument
+from notabug.results.document import RendererSaid, RunDocument
 from notabug.results.gate import Gate
-from notabug.results.record import SCHEMA, Result
+from notabug.results.record import Result, run_document
 from notabug.runs.calibration import CARDS
 from notabug.runs.first_card import calibrate
 from notabug.runs.folders import folder_name, job_folder, sole_writer, write_json
@@ -43,25 +43,26 @@ class Run:
     def document(self) -> RunDocument:
         """``run.json``."""
         total = time.perf_counter() - self.begun
-        found = {
-            name: {"version": each.version, "where": each.where} for name, (_, each) in self.plan.renderers.items()
+        found: dict[str, RendererSaid] = {
+            name: {"version": there.version, "where": there.where} for name, (_, there) in self.plan.renderers.items()
         }
-        return {
-            "schema": SCHEMA,
-            "tool": tool(),
-            "command": list(self.plan.command),
-            "finished": self.finished,
-            "seconds": {
+        jobs = self.plan.workers.document()
+        missing: dict[str, RendererSaid] = {name: {"missing": line} for name, line in self.plan.missing.items()}
+        return run_document(
+            tool=tool(),
+            command=self.plan.command,
+            finished=self.finished,
+            seconds={
                 "total": total,
                 "render": self.rendering,
                 "outside": max(0.0, total - self.rendering / self.plan.workers.at_once),
             },
-            "jobs": self.plan.workers.document() | {"threads": self.plan.quality.threads, "shard": self.plan.shard},
-            "gate": self.plan.gate.document(self.results),
-            "renderers": found | {name: {"missing": line} for name, line in self.plan.missing.items()},
-            "calibration": [self.calibration[name].as_dict() for name in found if name in self.calibration],
-            "results": [each.as_dict() for each in self.results],
-        }
+            jobs={**jobs, "threads": self.plan.quality.threads, "shard": self.plan.shard},
+            gate=self.plan.gate.document(self.results),
+            renderers=found | missing,
+            calibration=[self.calibration[name] for name in found if name in self.calibration],
+            results=self.results,
+        )
 
     def save(self, *, now: bool = True) -> None:
         """Write ``run.json``; unless ``now``, only where that is long enough ago to cost SAVING of the time or less.

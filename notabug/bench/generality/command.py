@@ -125,7 +125,7 @@ def jobs(
     return found
 
 
-def _show(found: dict[str, object]) -> None:
+def _show(found: Record) -> None:
     out = console()
     for part, numbers in found.items():
         table = Table("pictures by", *WORDS, title=f"generality, {part}")

@@ -12,7 +12,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from notabug.bench.verdict.design import FULL, QUICK, groups
-from notabug.bench.verdict.exposure import expose
+from notabug.bench.verdict.evaluate import expose
 from notabug.bench.verdict.renderers import expose_renderer, renderer_groups
 from notabug.bench.verdict.run import Record, folder, run
 from notabug.bench.verdict.summary import OURS, summary
@@ -64,7 +64,7 @@ def command(*, quick: bool, as_json: bool, out: Path) -> ExitCode:
     return ExitCode.BUG if alarms else ExitCode.OK
 
 
-def _plots(out: Path, document: dict[str, object]) -> None:
+def _plots(out: Path, document: Record) -> None:
     try:
         from notabug.bench.verdict.plots import draw
     except ImportError:
@@ -74,7 +74,7 @@ def _plots(out: Path, document: dict[str, object]) -> None:
         console(stderr=True).print(str(path), markup=False, soft_wrap=True)
 
 
-def _show(side: str, found: dict[str, object]) -> None:
+def _show(side: str, found: Record) -> None:
     matrix = Table("label", *found["confusion"]["clean"], title=f"{side}: our word for each label")
     for label, row in found["confusion"].items():
         matrix.add_row(label, *(str(each) for each in row.values()))
@@ -115,7 +115,7 @@ def _show(side: str, found: dict[str, object]) -> None:
         )
 
 
-def _cells(each: dict[str, object]) -> tuple[str, str, str]:
+def _cells(each: Record) -> tuple[str, str, str]:
     if each["share"] is None:
         return "-", "0", "-"
     low, high = each["interval"]

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from typing import Literal
 
 from notabug.bench.verdict.catalogue import FAULTS, LIMITATIONS, Fault, Limitation, models_of, staged
-from notabug.bench.verdict.film import BY_NAME, CONDITIONS
+from notabug.bench.verdict.image_formation import BY_NAME, CONDITIONS
 from notabug.scenes_usd.catalogue import scenes
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene

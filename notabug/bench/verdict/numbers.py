@@ -15,7 +15,7 @@ SMALL = frozenset({0, 0.5, 1, 2, 3})
 """Literals that need no row: half and twice, counts of axes and channels."""
 AGAINST_ZERO = 1e-8
 """Smaller literals only keep from dividing by zero."""
-DECIDES_NOTHING = frozenset({"why", "verdict", "predictions", "channels", "neighbours"})
+DECIDES_NOTHING = frozenset({"why", "verdict", "predictions", "channels", "image_filters"})
 """They show, hold, keep in memory, or compute without a choice."""
 STANDARDS = {
     "perceive": "matrices and constants of ITU-R BT.709, BT.2020, BT.2100, BT.2124 and SMPTE ST 2084",

@@ -16,7 +16,7 @@ from notabug.adapters.base import Adapter, Quality, RendererMissingError, Unsupp
 from notabug.adapters.registry import adapters
 from notabug.bench.verdict.catalogue import FAULTS
 from notabug.bench.verdict.design import Group, Label, Size, number
-from notabug.bench.verdict.exposure import around, fault_of, said, scene_of, shows
+from notabug.bench.verdict.evaluate import around, fault_of, said, scene_of, shows
 from notabug.metrics.judge import judge
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.scene import Scene

@@ -11,6 +11,7 @@ import importlib
 import json
 import math
 import os
+import signal
 import sys
 import tempfile
 import time
@@ -21,14 +22,14 @@ from functools import partial
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import CodeType, FrameType, ModuleType
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug.bench.verdict.design import QUICK, Group, groups, number
-from notabug.bench.verdict.exposure import drawing, fault_of, scene_of, subsamples
-from notabug.bench.verdict.film import BY_NAME, shoot, written
+from notabug.bench.verdict.evaluate import drawing, fault_of, filmed, scene_of, subsamples
+from notabug.bench.verdict.image_formation import BY_NAME, shoot, written
 from notabug.bench.verdict.numbers import SCALED, changed, found, module_of, scaled
 from notabug.runs.folders import write_json
 from notabug.scenes_usd.scene import Scene
@@ -40,7 +41,7 @@ NAMES = ("names", "naming", "likely", "causes")  # the files whose numbers name 
 FACTORS = {"halved": 0.5, "doubled": 2.0}
 UPPER = ("notabug.references", "notabug.adapters", "notabug.metrics")  # the floors that are read again
 FELT = 0.1  # of a figure: a smaller change of it is not counted
-LONGER = 1.25  # of the time that the sample takes: less is not told from other work of the machine
+MOST = 15.0  # times as long as the sample takes as it is: a search that takes more is stopped
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,9 +86,8 @@ def taken(group: Group, condition_name: str) -> Sample:
     condition = BY_NAME[condition_name]
     picture, _, declared = drawing(group, scene, subsamples(scene, ()))
     fault = fault_of(group)
-    film = fault.film if fault else None
     pictures = tuple(
-        written(film(shot, group.strength) if film else shot, condition)
+        written(filmed(fault, shot, group.strength), condition)
         for shot in shoot((picture,), condition, number("sensitivity", group.key()))
     )
     return Sample(group.label, scene, pictures, {**asdict(condition.declaration()), **declared})
@@ -169,6 +169,22 @@ def with_number(row: str, factor: float) -> Iterator[None]:
                 os.environ["NOTABUG_CACHE"] = before
 
 
+@contextmanager
+def at_most(seconds: float) -> Iterator[None]:
+    """Raise TimeoutError inside where it takes longer; of the main thread only."""
+
+    def stop(_: int, __: FrameType | None) -> None:
+        raise TimeoutError(f"stopped after {seconds:.0f} s")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
 def differences(samples: Sequence[Sample], before: Sequence[Said], after: Sequence[Said]) -> dict[str, object]:
     """How many of the verdicts ``after`` a change of a number are others than ``before``, and of which word."""
     pairs = list(zip(samples, before, after, strict=True))
@@ -207,7 +223,8 @@ def measure(out: Path, rows: Sequence[str]) -> None:
             begun = time.perf_counter()
             with with_number(row, factor):
                 try:
-                    result = differences(tried, expected, [judged(sample, naming=naming) for sample in tried])
+                    with at_most(MOST * seconds):
+                        result = differences(tried, expected, [judged(sample, naming=naming) for sample in tried])
                 except Exception as error:
                     result = {"fails": f"{type(error).__name__}: {error}"}
             result["time"] = (time.perf_counter() - begun) / seconds

@@ -24,7 +24,7 @@ def shown(records: Iterable[Record]) -> list[Record]:
     return [each for each in records if each["label"] == "clean" or each["shows"]]
 
 
-def rate(records: Sequence[Record], good: Callable[[Record], bool]) -> dict[str, object]:
+def rate(records: Sequence[Record], good: Callable[[Record], bool]) -> Record:
     """The share of ``records`` that are ``good``, with a 95 % interval by a bootstrap over scenes.
 
     Where none, or all, are good a bootstrap says nothing: there the interval is Clopper and Pearson's.
@@ -80,7 +80,7 @@ def scores(records: Sequence[Record], judge: str) -> list[float]:
     return [1e9 if math.isnan(each) else min(each, 1e9) for each in found]
 
 
-def judges(records: Sequence[Record]) -> list[dict[str, object]]:
+def judges(records: Sequence[Record]) -> list[Record]:
     """Each gate, and ours: areas under the curve, accuracy at its own and at its best threshold, false alarms."""
     from notabug.bench.verdict.gates import gates
 
@@ -109,7 +109,7 @@ def _above(values: Sequence[float], *, below: bool = False) -> float | None:
     return float(np.mean([(each <= 1.0) if below else (each > 1.0) for each in values]))
 
 
-def floors(records: Sequence[Record]) -> list[dict[str, object]]:
+def floors(records: Sequence[Record]) -> list[Record]:
     """Per fault with several strengths and per condition: the smallest strength that ours, and each gate, finds.
 
     A judge finds a picture that scores above all clean and limited pictures of that condition (no false alarm), and a
@@ -143,7 +143,7 @@ def floors(records: Sequence[Record]) -> list[dict[str, object]]:
     return rows
 
 
-def sequential(records: Sequence[Record]) -> dict[str, object]:
+def sequential(records: Sequence[Record]) -> Record:
     """What the sequential test decided, and the samples it took."""
     found = [r for r in shown(records) if r.get("sequential")]
     used = [r["sequential"]["samples"] for r in found]
@@ -163,7 +163,7 @@ def rightly_named(record: Record) -> bool:
     return record["bugs"][0] in record["right"] or bool(record["twin"])
 
 
-def summary(records: Sequence[Record]) -> dict[str, object]:
+def summary(records: Sequence[Record]) -> Record:
     """Every number of one side of the split."""
     seen = shown(records)
     clean, limited, bugs = ([r for r in seen if r["label"] == label] for label in LABELS)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import islice
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,9 +16,18 @@ from scipy import ndimage
 from notabug.adapters.base import Declaration
 from notabug.bench.verdict.catalogue import FAULTS, Fault, staged
 from notabug.bench.verdict.design import NAMED, Group, number, seeds_of
-from notabug.bench.verdict.film import BY_NAME, SEEDS, SUBSAMPLES, Condition, filtered, shoot, variance, written
 from notabug.bench.verdict.gates import Pair, gates
-from notabug.bench.verdict.stage import jittered, resized
+from notabug.bench.verdict.image_formation import (
+    BY_NAME,
+    SEEDS,
+    SUBSAMPLES,
+    Condition,
+    filtered,
+    shoot,
+    variance,
+    written,
+)
+from notabug.bench.verdict.scene_setup import jittered, resized
 from notabug.metrics.judge import judge
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.camera import pixel_shift
@@ -46,11 +56,11 @@ def expose(group: Group) -> list[dict[str, object]]:
     records = []
     for name in group.conditions:
         condition = BY_NAME[name]
-        declaration = replace(condition.declaration(), **declared)
+        declaration = _declaring(condition, declared)
         reference, noise = filtered(clean, condition), variance(picture, condition)
         true = filtered(picture, condition)
         if fault and fault.film:
-            true = fault.film(true, group.strength)
+            true = fault.film(true, group.strength).astype(np.float64)
         # a fault that undoes the limitation beside it leaves the right picture: both must be told from it
         visible = group.label != "clean" and all(
             shows(true, filtered(each, condition), noise, moved(each, condition))
@@ -90,7 +100,7 @@ def _taken(
     """The pictures of every seed as they come back from their files, with the fault of the film in them."""
     fault = fault_of(group)
     for each in shoot(subs, condition, group.draw(draw), count):
-        yield written(fault.film(each, group.strength) if fault and fault.film else each, condition)
+        yield written(filmed(fault, each, group.strength), condition)
 
 
 def _gated(group: Group, repeat: int) -> bool:
@@ -125,6 +135,16 @@ def scene_of(group: Group) -> Scene:
 
 def fault_of(group: Group) -> Fault | None:
     return next((each for each in FAULTS if group.label == "bug" and each.name == group.name), None)
+
+
+def filmed(fault: Fault | None, picture: Floats, strength: float) -> Floats:
+    """``picture`` with what ``fault`` does to it after it was drawn."""
+    return picture if fault is None or fault.film is None else fault.film(picture, strength).astype(np.float64)
+
+
+def _declaring(condition: Condition, declared: Mapping[str, object]) -> Declaration:
+    fields: dict[str, Any] = dict(declared)
+    return replace(condition.declaration(), **fields)
 
 
 def subsamples(scene: Scene, chosen: tuple[Model, ...]) -> Floats:
@@ -173,7 +193,8 @@ def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, 
     model = fault.model(scene, group.strength, group.draw("which"))
     bare = _unlabelled(scene, beside)
     picture = subsamples(scene, (*beside, model)) if model else bare
-    return (fault.lens(picture, group.strength) if fault.lens else picture), bare, {}
+    seen = fault.lens(picture, group.strength).astype(np.float64) if fault.lens else picture
+    return seen, bare, {}
 
 
 def _of_a_pixel(model: Model) -> Model:
@@ -242,7 +263,7 @@ def _twin(group: Group, scene: Scene, verdict: Verdict) -> bool:
     clean = trace_picture(*configured(scene, ()), threads=1)
     model = fault.model(scene, group.strength, group.draw("which"))
     drawn = clean if model is None else trace_picture(*configured(scene, (model,)), threads=1)
-    drawn = fault.film(drawn, group.strength) if fault.film else drawn
+    drawn = filmed(fault, drawn, group.strength)
     if named == "black":
         return not drawn.any()
     others = [each.film(clean, group.strength) for each in FAULTS if each.name == named and each.film]
@@ -258,7 +279,7 @@ def _sequential(group: Group, scene: Scene, sub: Floats, declared: dict[str, obj
     if group.draw("sequential") % 4:
         return None
     condition = Condition("sequence", samples=4)
-    declaration: Declaration = replace(condition.declaration(), **declared)
+    declaration = _declaring(condition, declared)
     taken = _taken(group, (sub,), condition, "sequence", LOOKS[-1])
     pictures: list[npt.NDArray[np.float32]] = []
     before, used = "", LOOKS[-1]

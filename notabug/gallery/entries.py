@@ -19,6 +19,7 @@ from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
 from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
 from notabug.report.loading import inside
+from notabug.results.document import RunDocument
 from notabug.results.record import Result, json_ready, load
 from notabug.results.wording import area, finding_names, strongest
 from notabug.scenes_usd.catalogue import Entry, scenes
@@ -37,7 +38,7 @@ class Run:
 
     name: str
     folder: Path
-    document: dict[str, Any]
+    document: RunDocument
     results: tuple[Result, ...]
 
 
@@ -236,7 +237,13 @@ def _add_render(
     document = result.as_dict()
     keep = ("renderer_version", "verdict", "findings", "message", "seconds", "expected", "command", "samples", "seeds")
     exhibit.renders.append(
-        {"renderer": label, "run": run.name, "note": note, "maps": maps, **{key: document[key] for key in keep}}
+        {
+            "renderer": label,
+            "run": run.name,
+            "note": note,
+            "maps": maps,
+            **{key: value for key, value in document.items() if key in keep},
+        }
     )
 
 
@@ -284,5 +291,4 @@ def document(exhibit: Exhibit) -> dict[str, object]:
         "renders": exhibit.renders,
         "terms": exhibit.terms,
     }
-    ready: dict[str, Any] = json_ready(plain)
-    return ready
+    return {str(name): json_ready(part) for name, part in plain.items()}
