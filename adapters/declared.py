@@ -155,7 +155,7 @@ def declarations() -> list[dict[str, str]]:
     for name, hint in _HINTS.items():
         least = "-1 (unknown)" if name in _UNKNOWN else "0"
         values = (
-            " ".join(each or '""' for each in get_args(hint))
+            " ".join(arg or '""' for arg in get_args(hint))
             if get_origin(hint) is Literal
             else "true false"
             if hint in (bool, bool | None)

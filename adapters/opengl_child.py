@@ -112,9 +112,9 @@ class _Drawing:
         self._set("eye", np.array(job["eye"], np.float32).tobytes())
         lights = job["lights"] or [{"distant": True, "place": [0, 0, 1], "power": [0, 0, 0]}]
         self._set("lights", np.int32(len(lights)).tobytes())
-        self._set("distant", np.array([each["distant"] for each in lights], np.int32).tobytes())
-        self._set("place", np.array([each["place"] for each in lights], np.float32).tobytes())
-        self._set("power", np.array([each["power"] for each in lights], np.float32).tobytes())
+        self._set("distant", np.array([light["distant"] for light in lights], np.int32).tobytes())
+        self._set("place", np.array([light["place"] for light in lights], np.float32).tobytes())
+        self._set("power", np.array([light["power"] for light in lights], np.float32).tobytes())
         fixed = job["depth"].startswith("fixed")
         steps = 2.0 ** int(job["depth"][5:]) - 1.0 if fixed else -1.0 if job["depth"] == "reversed32" else 0.0
         self._set("steps", np.float32(steps).tobytes())

@@ -25,7 +25,7 @@ def job(scene: Scene, depth: DepthFormat, grid: int, interpolation: Interpolatio
     if interpolation == "flat":
         scene = replace(scene, objects=tuple(replace(each, normals=None) for each in scene.meshes))
     arrays: Arrays = {}
-    used = {each.material for each in scene.objects}
+    used = {shape.material for shape in scene.objects}
     return {
         "width": scene.width,
         "height": scene.height,
@@ -35,7 +35,7 @@ def job(scene: Scene, depth: DepthFormat, grid: int, interpolation: Interpolatio
         "view": np.linalg.inv(scene.camera.to_world).tolist(),
         "projection": projection(scene.camera, reverse=depth == "reversed32").tolist(),
         "transparent": any(scene.materials[each].opacity < 1.0 for each in used),
-        "lights": [_light(each) for each in scene.lights],
+        "lights": [_light(light) for light in scene.lights],
         "textures": _textures(scene, arrays),
         "objects": [
             _object(scene, index, mesh, arrays, gouraud=interpolation == "gouraud" and mesh.normals is not None)
@@ -64,7 +64,7 @@ def _light(light: Light) -> GlLight:
 
 def _textures(scene: Scene, arrays: Arrays) -> dict[str, GlTexture]:
     found: dict[str, GlTexture] = {}
-    for index in sorted({scene.materials[each.material].texture for each in scene.objects} - {-1}):
+    for index in sorted({scene.materials[shape.material].texture for shape in scene.objects} - {-1}):
         texture = scene.textures[index]
         arrays[f"texture{index}"] = texture.pixels.astype(np.float32)
         clamped = [texture.wrap_s == "clamp", texture.wrap_t == "clamp"]

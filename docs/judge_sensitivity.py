@@ -1,4 +1,4 @@
-"""Writes docs/judge-sensitivity.md: what ``notabug.bench.verdict.sensitivity`` measured, kept in judge-sensitivity.json.
+"""Writes docs/judge-sensitivity.md: what notabug.bench.verdict.sensitivity measured, kept in judge-sensitivity.json.
 
 ``python docs/judge_sensitivity.py`` writes the page; ``python docs/judge_sensitivity.py NEW.json ...`` first takes the
 rows of newer measurements into the file that is kept.
@@ -21,8 +21,9 @@ HEAD = """\
 
 How much a verdict depends on each of [the numbers that decide](judge-numbers.md). A fixed sample of the tuning half of
 `notabug bench verdict`, {pictures} pictures of 40 x 40 pixels ({words}), was judged with each number halved and
-doubled; of numbers that only name a bug, the names of {bugs} bugs were compared. `python -m
-notabug.bench.verdict.sensitivity OUT.json` measures it again, `python docs/judge_sensitivity.py OUT.json` writes this page.
+doubled; of numbers that only name a bug, the names of {bugs} bugs were compared.
+`python -m notabug.bench.verdict.sensitivity OUT.json` measures it again, `python docs/judge_sensitivity.py OUT.json`
+writes this page.
 
 A sample is small: a number that moves nothing here may decide a picture that is not in it. Nothing was tuned by it.
 

@@ -82,7 +82,7 @@ def read_card(
         return _blank(mean, value, repeats)
     likeness, orientation, channels = _orientation(mean, value)
     down, across = _TURNS[orientation]
-    upright = mean[::down, ::across][..., ["rgb".index(each) for each in channels]]
+    upright = mean[::down, ::across][..., ["rgb".index(channel) for channel in channels]]
     if likeness < LIKE:
         return _unlike(mean, value, repeats)
     shift, scale, moved = _place(upright, value)
@@ -170,7 +170,7 @@ def _orientation(mean: Floats, value: Floats) -> tuple[float, str, str]:
     """The largest correlation, at any magnification, and the turn and the order of channels that give it."""
     small = ndimage.uniform_filter(value, (4, 4, 1))[2::4, 2::4]
     sizes = [small] + [zoomed(small, each) for each in np.geomspace(0.6, 1.7, 23)]
-    targets = np.stack([_normal(each) for each in sizes])
+    targets = np.stack([_normal(size) for size in sizes])
     best = (-2.0, "", "rgb")
     for name, (down, across) in _TURNS.items():
         turned = ndimage.uniform_filter(mean[::down, ::across], (4, 4, 1))[2::4, 2::4]
@@ -247,7 +247,7 @@ def _smooth(value: Floats) -> npt.NDArray[np.bool_]:
 def _width(mean: Floats, value: Floats) -> float:
     """The standard deviation of the filter: of the Gaussian that, over the box that ``value`` has, fits ``mean``."""
     widths = np.linspace(0.0, 2.4, 25)
-    misfits = [_misfit(mean, ndimage.gaussian_filter(value, (each, each, 0))) for each in widths]
+    misfits = [_misfit(mean, ndimage.gaussian_filter(value, (width, width, 0))) for width in widths]
     best = int(np.argmin(misfits))
     if best == len(widths) - 1 or misfits[best] > BLURRED * misfits[0]:  # dots are no blur, though a blur hides them
         return BOX

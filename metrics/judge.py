@@ -115,8 +115,8 @@ def judge(
         word, findings, message = "bug", (bug, *_limitations(name.fitted or found, declaration)), bug.message
     else:
         findings = _limitations(found, declaration)
-        word = "limitation" if any(each.kind == "limitation" for each in findings) else "pass"
-        message = "; ".join(each.message for each in findings)
+        word = "limitation" if any(finding.kind == "limitation" for finding in findings) else "pass"
+        message = "; ".join(finding.message for finding in findings)
     judgement = Judgement(
         Verdict(
             word,
@@ -178,14 +178,14 @@ def _bug(name: Name, found: Explanation) -> Finding:
 
 def _limitations(found: Explanation, declaration: Declaration) -> tuple[Finding, ...]:
     made = []
-    for each in found.models:
-        alpha = found.alphas[each.name]
+    for model in found.models:
+        alpha = found.alphas[model.name]
         mask = alpha > 0
         if mask.any():
-            kind: Literal["limitation", "convention"] = "convention" if each.kind == "convention" else "limitation"
+            kind: Literal["limitation", "convention"] = "convention" if model.kind == "convention" else "limitation"
             area, strength = float(alpha.sum()), float(found.before[mask].max())
-            message = each.claim + undeclared(each, declaration)
-            made.append(Finding(kind, each.name, area, box(mask), z=strength, message=message, regions=regions(mask)))
+            message = model.claim + undeclared(model, declaration)
+            made.append(Finding(kind, model.name, area, box(mask), z=strength, message=message, regions=regions(mask)))
     return tuple(made)
 
 
@@ -232,8 +232,8 @@ def _numbers(measured: Measured, found: Explanation, reference: Admissible) -> d
 def _perceived(judgement: Judgement, found: Explanation, reference: Admissible, perceive: bool) -> Judgement:
     """Measure both legs, and the findings' jnd on the leg each belongs to."""
     limited = np.zeros(judgement.mean.shape[:2], np.bool_)
-    for each in found.models:
-        limited |= found.alphas[each.name] > 0
+    for model in found.models:
+        limited |= found.alphas[model.name] > 0
     wrong = found.significance.pixels | bool(found.triggers and not found.significance.pixels.any())
     at = np.flatnonzero(limited)
     halfway = put(reference.value, at, pixels(found.target.value, at))

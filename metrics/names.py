@@ -47,7 +47,7 @@ class Name:
     @property
     def laden(self) -> int:
         """How many limitations and conventions are needed beside the name."""
-        return 0 if self.fitted is None else sum(bool(each.any()) for each in self.fitted.alphas.values())
+        return 0 if self.fitted is None else sum(bool(alpha.any()) for alpha in self.fitted.alphas.values())
 
     @property
     def further(self) -> int:
@@ -77,9 +77,9 @@ UNNAMED = Name("unexplained", "no known coding error gives this picture", 1.0)
 
 def best_of(best: Name | None, names: Iterable[Name], exact: float, *, noisy: bool) -> Name | None:
     """The best of ``names`` and the ``best`` so far; those after one that leaves ``exact``ly nothing are not tried."""
-    for each in names:
-        if each.remains < REMAINS and (best is None or better(each, best, exact, noisy=noisy)):
-            best = each
+    for name in names:
+        if name.remains < REMAINS and (best is None or better(name, best, exact, noisy=noisy)):
+            best = name
             if best.is_exact(exact):
                 break
     return best

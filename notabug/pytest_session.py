@@ -57,7 +57,7 @@ class Bench:
         required = _words(settings["require"])
         asked = {name: adapter(name) for name in (*named, *required)} if named else adapters()
         variants = _words(settings["variants"])
-        wanted = parse_variants([each for each in variants if each != "all"])
+        wanted = parse_variants([variant for variant in variants if variant != "all"])
         time = float(settings["time"]) if settings["time"] else None
         view = view_of(settings["camera"], time, _words(settings["purposes"]))
         choices = choose(_words(settings["scenes"]), wanted, every_variant="all" in variants, view=view)
@@ -112,18 +112,20 @@ class Bench:
         if result.state in BETTER and result.because:
             return ("fail" if self.strict else "pass"), f"[XPASS(strict)] {said}; update the entry"
         if word in ("limitation", "bug", "error"):
-            names = " + ".join(dict.fromkeys(each.name for each in result.verdict.findings if each.kind == word))
+            names = " + ".join(
+                dict.fromkeys(finding.name for finding in result.verdict.findings if finding.kind == word)
+            )
             return "xfail", "; ".join(filter(None, (names or word, result.because)))
         return ("skip", said) if word in ("unsupported", "inconclusive") else ("pass", "")
 
     def write(self, records: Sequence[ResultSaid]) -> None:
         """``run.json`` and the page, of the results that came in."""
-        results = [Result.from_dict(each) for each in records]
+        results = [Result.from_dict(record) for record in records]
         order = {(task.choice.id, task.renderer): place for place, task in enumerate(self.tasks.values())}
         results.sort(key=lambda each: order.get((each.scene, each.renderer), len(order)))
         with sole_writer(self.plan.out):
             state = Run(self.plan, Silent(), results, finished=True, begun=self.begun)
-            state.rendering = sum(each.seconds["render"] for each in results)
+            state.rendering = sum(result.seconds["render"] for result in results)
             state.save()
         draw(self.plan.out)
 
@@ -136,7 +138,7 @@ def judged(
     view: View = AS_IT_IS,
 ) -> Verdict:
     """The verdict on ``images``, paths or arrays, as seeds of one renderer; ``declared`` overrides what is unknown."""
-    pictures = [each if isinstance(each, Picture) else _picture(each) for each in images]
+    pictures = [image if isinstance(image, Picture) else _picture(image) for image in images]
     height, width = pictures[0].pixels.shape[:2]
     scene = take_scene(source, dict(variants), replace(view, size=(width, height)), "picture").scene
     words: dict[str, Any] = dict(declared)

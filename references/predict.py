@@ -134,8 +134,8 @@ def _stored(path: Path) -> Envelope:
     """The envelope in the cache's file ``path``, whose name is a hash of all that enters; read-only."""
     with path.open("rb") as stored:  # plain arrays one after the other: a zip would check their sums again
         arrays = {each.name: np.load(stored) for each in fields(Envelope)}
-    for each in arrays.values():
-        each.flags.writeable = False
+    for array in arrays.values():
+        array.flags.writeable = False
     return Envelope(**arrays)
 
 

@@ -98,7 +98,7 @@ class _Chosen:
     @property
     def stored(self) -> str:
         """The coarsest number format of the three channels."""
-        formats = [str(self.spec.channelformat(each)) for each in self.layer.colours]
+        formats = [str(self.spec.channelformat(colour)) for colour in self.layer.colours]
         return max(formats, key=lambda each: numbers_of(self.spec, self.kind, each).quantum)
 
     @property
@@ -191,7 +191,7 @@ def read_picture_here(path: Path, *, layer: str = "", srgb: bool = False) -> Pic
         numbers.relative,
         _metadata(spec),
         numbers.shared,
-        tuple(str(spec.channelnames[each]) for each in chosen.layer.colours),
+        tuple(str(spec.channelnames[colour]) for colour in chosen.layer.colours),
         notes,
         opaque,
         chosen.stored,
@@ -270,9 +270,9 @@ def _reason(told: ModuleType | OpenImageIO.ImageInput) -> str:
 def _metadata(spec: OpenImageIO.ImageSpec) -> dict[str, str]:
     """The header's attributes that are text or can be written as such."""
     found = {}
-    for each in spec.extra_attribs:
+    for attrib in spec.extra_attribs:
         with contextlib.suppress(UnicodeDecodeError):
-            found[str(each.name)] = str(each.value)
+            found[str(attrib.name)] = str(attrib.value)
     return found
 
 

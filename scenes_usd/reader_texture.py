@@ -296,10 +296,10 @@ def _transform(shader: UsdShade.Shader) -> tuple[Floats, Floats]:
 
 def _check_inputs(shader: UsdShade.Shader, known: set[str]) -> None:
     """Note the inputs that ``shader`` does not have: no renderer looks at them."""
-    for each in shader.GetInputs():
-        if each.GetBaseName() not in known:
+    for given in shader.GetInputs():
+        if given.GetBaseName() not in known:
             what = f"an input that {shader.GetShaderId()} does not have"
-            note("not read", where(shader.GetPrim(), str(each.GetFullName())), what)
+            note("not read", where(shader.GetPrim(), str(given.GetFullName())), what)
 
 
 def _four(shader: UsdShade.Shader, name: str, fallback: Four) -> Four:

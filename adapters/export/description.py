@@ -32,10 +32,10 @@ def describe(scene: Scene) -> dict[str, object]:
         "width": scene.width,
         "height": scene.height,
         "camera": _camera(scene.camera),
-        "lights": [_light(each) for each in scene.lights],
-        "materials": [_material(each) for each in scene.materials],
+        "lights": [_light(light) for light in scene.lights],
+        "materials": [_material(material) for material in scene.materials],
         "textures": [_texture(index, each) for index, each in enumerate(scene.textures)],
-        "objects": [_object(each) for each in scene.objects],
+        "objects": [_object(shape) for shape in scene.objects],
     }
 
 

@@ -34,11 +34,11 @@ def write_gltf(scene: Scene, folder: Path) -> Path:
         extensionsUsed=["KHR_lights_punctual", "KHR_materials_specular"],
     )
     blob = bytearray()
-    document.extensions["KHR_lights_punctual"] = {"lights": [_light(each) for each in scene.lights]}
+    document.extensions["KHR_lights_punctual"] = {"lights": [_light(light) for light in scene.lights]}
     document.cameras = [_camera(scene.camera)]
     document.nodes = [gltf.Node(camera=0, matrix=np.asarray(scene.camera.to_world).ravel().tolist())]
     document.nodes += [_light_node(index, each) for index, each in enumerate(scene.lights)]
-    document.materials = [_material(each) for each in scene.materials]
+    document.materials = [_material(material) for material in scene.materials]
     for index, texture in enumerate(scene.textures):
         _texture(document, index, texture, folder)
     for index, each in enumerate(scene.objects):

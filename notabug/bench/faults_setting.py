@@ -109,7 +109,7 @@ class Setting:
         """Scene, verdict and message of each result on record, none where there is no record."""
         path = (out or self.out) / "run.json"
         results = json.loads(path.read_text(encoding="utf-8"))["results"] if path.is_file() else []
-        return [(each["scene"], each["verdict"], each["message"]) for each in results]
+        return [(result["scene"], result["verdict"], result["message"]) for result in results]
 
     def broken(self, out: Path | None = None) -> list[str]:
         """The JSON files of a run that are not whole."""

@@ -120,7 +120,7 @@ def delicate(scene: Scene) -> Bools:
 def stages(names: Sequence[str] = SCENES, side: int = SIDE) -> list[Scene]:
     """The scenes on which relations are checked, ``side`` pixels wide."""
     scenes = [read_scene(name) for name in names]
-    return [replace(each, width=side, height=round(side * each.height / each.width)) for each in scenes]
+    return [replace(scene, width=side, height=round(side * scene.height / scene.width)) for scene in scenes]
 
 
 def measure(

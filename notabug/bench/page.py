@@ -64,10 +64,10 @@ def _inline(path: Path) -> Markup:
 
 
 def _stability(rows: Rows, plots: Path) -> list[Part]:
-    courses = [course_from(each) for each in rows]
+    courses = [course_from(row) for row in rows]
     parts = []
     for name in SWEEPS:
-        mine = [each for each in courses if each.sweep == name]
+        mine = [course for course in courses if course.sweep == name]
         if not mine:
             continue
         plot = stability_plot(mine, plots / f"stability-{folder_name(name)}.svg")
@@ -103,9 +103,9 @@ def result_from(data: dict[str, Any]) -> efficiency.Result:
 
 
 def _efficiency(rows: Rows, plots: Path) -> list[Part]:
-    results = [result_from(each) for each in rows]
+    results = [result_from(row) for row in rows]
     parts = []
-    for (scene, knob), group in groupby(results, key=lambda each: (each.scene, each.knob)):
+    for (scene, knob), group in groupby(results, key=lambda result: (result.scene, result.knob)):
         mine = list(group)
         plot = efficiency_plot(mine, plots / f"efficiency-{folder_name(f'{scene}-{knob}')}.svg")
         table = tuple(
@@ -138,9 +138,9 @@ def _check_from(data: dict[str, Any]) -> metamorphic.Check:
 
 
 def _metamorphic(rows: Rows, _: Path) -> list[Part]:
-    checks = [_check_from(each) for each in rows]
+    checks = [_check_from(row) for row in rows]
     parts = []
-    for renderer, group in groupby(checks, key=lambda each: each.renderer):
+    for renderer, group in groupby(checks, key=lambda check: check.renderer):
         mine = list(group)
         table = tuple(
             (

@@ -39,12 +39,12 @@ def stability_plot(courses: Sequence[Course], path: Path) -> Path:
     sweep = SWEEPS[courses[0].sweep]
     curves = [
         Curve(
-            each.renderer,
-            tuple(point.value for point in each.points if point.share is not None),
-            tuple(max(point.share, LEAST) for point in each.points if point.share is not None),
-            tick=each.predicted,
+            course.renderer,
+            tuple(point.value for point in course.points if point.share is not None),
+            tuple(max(point.share, LEAST) for point in course.points if point.share is not None),
+            tick=course.predicted,
         )
-        for each in courses
+        for course in courses
     ]
     label = f"{sweep.title} [{sweep.unit}]" if sweep.unit else sweep.title
     return draw(curves, path, label, "share of wrong pixels", level=SHARE, falling=not sweep.rising)
@@ -54,14 +54,14 @@ def efficiency_plot(results: Sequence[Result], path: Path) -> Path:
     """relMSE over processor time, or over the knob where that is not samples; large marks: the Pareto front."""
     timed = results[0].knob == "samples"
     curves = []
-    for each in results:
-        places = [place for place in each.places if not timed or place.cpu_net > 0.0]
+    for result in results:
+        places = [place for place in result.places if not timed or place.cpu_net > 0.0]
         curves.append(
             Curve(
-                each.renderer,
+                result.renderer,
                 tuple(place.cpu_net if timed else place.value for place in places),
                 tuple(max(place.errors["relmse"], 1e-16) for place in places),
-                marked=tuple(i for i, place in enumerate(places) if timed and place.value in each.front),
+                marked=tuple(i for i, place in enumerate(places) if timed and place.value in result.front),
             )
         )
     return draw(curves, path, "processor seconds, start not counted" if timed else results[0].knob, "relMSE")
@@ -117,7 +117,7 @@ def _label(axes: Axes, ends: Sequence[tuple[str, str, float, float]]) -> None:
     """Names in the margin, at the height of their line's end, moved apart where they would touch."""
     low, high = (math.log10(each) for each in axes.get_ylim())
     heights: list[float] = []
-    ordered = sorted(ends, key=lambda each: each[3])
+    ordered = sorted(ends, key=lambda end: end[3])
     for _, _, _, y in ordered:
         wanted = (math.log10(y) - low) / (high - low)
         heights.append(max(wanted, heights[-1] + _LINE) if heights else wanted)

@@ -24,12 +24,14 @@ def command(before: Path, after: Path, as_json: bool) -> ExitCode:
     if as_json:
         print(
             escaped(
-                json.dumps({"changes": [asdict(each) | {"worse": each.worse} for each in changes]}, ensure_ascii=False)
+                json.dumps(
+                    {"changes": [asdict(change) | {"worse": change.worse} for change in changes]}, ensure_ascii=False
+                )
             )
         )
     elif changes:
         console().print(_table(changes))
-    worse = sum(each.worse for each in changes)
+    worse = sum(change.worse for change in changes)
     if not as_json:
         same = len({(each.scene, each.variant, each.renderer) for run in runs for each in run}) - len(changes)
         console().print(f"{worse} worse, {len(changes) - worse} otherwise changed, {same} the same")

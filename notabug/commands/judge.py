@@ -137,7 +137,7 @@ def declare(
 
     ``said`` is what is declared beyond the options. Nothing else is known.
     """
-    coarsest = max(pictures, key=lambda each: each.quantum)
+    coarsest = max(pictures, key=lambda picture: picture.quantum)
     made = Declaration(
         precision="float64" if precision == "float64" else "float32",
         filter=cast(Filter, filter_name),
@@ -185,12 +185,12 @@ def _show(out: Console, result: Result, *, quiet: bool) -> None:
         out.print(verdict.message, markup=False)
     if quiet:
         return
-    for each in verdict.findings:
-        x0, y0, x1, y1 = each.region
-        line = f"  {each.kind}: {readable(each.name)}, {number(round(each.area_px, 1))} px in "
+    for finding in verdict.findings:
+        x0, y0, x1, y1 = finding.region
+        line = f"  {finding.kind}: {readable(finding.name)}, {number(round(finding.area_px, 1))} px in "
         line += f"[{x0}, {x1}) x [{y0}, {y1}), "
-        line += f"jnd {number(each.jnd, 2)}, z {number(each.z)}{'' if each.visible else ', invisible'}"
-        out.print(Text(line + (f": {each.message}" if each.message else "")))
+        line += f"jnd {number(finding.jnd, 2)}, z {number(finding.z)}{'' if finding.visible else ', invisible'}"
+        out.print(Text(line + (f": {finding.message}" if finding.message else "")))
     out.print(what_was_read(result.channels, result.notes), style="dim", markup=False, soft_wrap=True)
     numbers = ", ".join(f"{readable(name)} {number(value, 4)}" for name, value in verdict.numbers.items())
     if numbers:

@@ -26,20 +26,20 @@ def list_scenes() -> list[dict[str, object]]:
     """Every scene of the corpus with its claim, in the order of the paper's table."""
     return [
         {
-            "id": each.id,
-            "variants": [f"{name} ({len(values)})" for name, values in each.variants.items()],
-            "claim": each.claim,
+            "id": scene.id,
+            "variants": [f"{name} ({len(values)})" for name, values in scene.variants.items()],
+            "claim": scene.claim,
         }
-        for each in scenes()
+        for scene in scenes()
     ]
 
 
 def list_variants() -> list[dict[str, object]]:
     """Every variant set: its scene, its variants, its default."""
     return [
-        {"scene": each.id, "set": name, "variants": list(values), "default": each.defaults.get(name, "")}
-        for each in scenes()
-        for name, values in each.variants.items()
+        {"scene": scene.id, "set": name, "variants": list(values), "default": scene.defaults.get(name, "")}
+        for scene in scenes()
+        for name, values in scene.variants.items()
     ]
 
 
@@ -58,14 +58,14 @@ def list_renderers() -> list[dict[str, object]]:
 def list_models() -> list[dict[str, object]]:
     """Every limitation, convention and fault that can act on a scene of the corpus, and on which."""
     rows: dict[str, dict[str, Any]] = {}
-    for each in scenes():
-        for model in models(read_scene(each.id)):
+    for scene in scenes():
+        for model in models(read_scene(scene.id)):
             row = rows.setdefault(
                 model.name,
                 {"model": model.name, "kind": model.kind, "rule": model.rule, "claim": model.claim, "scenes": []},
             )
-            if each.id not in row["scenes"]:  # several models of one name differ in a parameter
-                row["scenes"].append(each.id)
+            if scene.id not in row["scenes"]:  # several models of one name differ in a parameter
+                row["scenes"].append(scene.id)
     order = ("limitation", "convention", "fault")
     return sorted(rows.values(), key=lambda row: (order.index(row["kind"]), row["model"]))
 

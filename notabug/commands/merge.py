@@ -37,7 +37,7 @@ def command(folders: Sequence[Path], out: Path, partial: bool = False, as_json: 
     if as_json:
         print(json.dumps(load(out), ensure_ascii=False, allow_nan=False))
         return code_of(results)
-    console().print(tally(each.verdict.word for each in results), style="bold")
+    console().print(tally(result.verdict.word for result in results), style="bold")
     console().print(f"{out / 'run.json'}\n{page}", markup=False, soft_wrap=True)
     return code_of(results)
 
@@ -91,9 +91,9 @@ def _unfinished(folders: Sequence[Path], documents: Sequence[RunDocument]) -> li
 
 def _missing_shards(documents: Sequence[RunDocument]) -> list[str]:
     """The shards that none of the runs is, nor was merged from."""
-    jobs = [each["jobs"] for each in documents]
-    jobs += [part for each in jobs for part in each.get("merged", ())]
-    there = {each.get("shard", "") for each in jobs} - {""}
+    jobs = [document["jobs"] for document in documents]
+    jobs += [part for job in jobs for part in job.get("merged", ())]
+    there = {job.get("shard", "") for job in jobs} - {""}
     counts = {each.partition("/")[2] for each in there}
     if len(counts) > 1:
         raise MergeError("shards of different runs", got=", ".join(sorted(there)), expected="one number of shards")
@@ -119,7 +119,7 @@ def _gathered(
 
 def _document(documents: Sequence[RunDocument], results: list[Result], cards: list[Result]) -> RunDocument:
     first = documents[0]
-    met = {(each.renderer, each.scene, each.variant) for each in results}
+    met = {(result.renderer, result.scene, result.variant) for result in results}
     entries = [entry for each in documents for entry in each["gate"]["unused"]]
     unused = {(each["renderer"], each["scene"], each["variant"]): each for each in entries}
     renderers: dict[str, RendererSaid] = {}

@@ -122,13 +122,13 @@ def collect(
 
 
 def _corpus(every_variant: bool) -> Iterator[tuple[Entry, str]]:
-    for each in scenes():
-        default = ",".join(f"{key}={name}" for key, name in sorted(each.defaults.items()))
-        yield each, default
-        folder = references.place(each.id, default).parent
+    for scene in scenes():
+        default = ",".join(f"{key}={name}" for key, name in sorted(scene.defaults.items()))
+        yield scene, default
+        folder = references.place(scene.id, default).parent
         for path in sorted(folder.glob("*.exr")) if every_variant else ():
             if path.stem not in (default, "default"):
-                yield each, path.stem
+                yield scene, path.stem
 
 
 def _exhibit(scene: str, variant: str, claim: str = "") -> Exhibit:
@@ -256,7 +256,7 @@ def _error(run: Run, result: Result, reference: Floats) -> tuple[Floats, str]:
         return tolerance, "tolerances"
     try:
         paths = sorted(inside(run.folder, str(folder)).glob("*.exr"))[: result.seeds]
-        seeds = [read_picture(each).pixels for each in paths]
+        seeds = [read_picture(path).pixels for path in paths]
         measured = measure(seeds, np.zeros(reference.shape[:2], np.bool_)) if len(seeds) > 1 else None
     except (NotabugError, ValueError, OSError):
         return tolerance, "tolerances"

@@ -42,7 +42,7 @@ class Line:
 
     @property
     def path(self) -> str:
-        top = max((each for each in self.values if each is not None), default=0.0) or 1.0
+        top = max((value for value in self.values if value is not None), default=0.0) or 1.0
         last = max(1, len(self.values) - 1)
         points = [(100 * at / last, 22 - 20 * each / top) for at, each in enumerate(self.values) if each is not None]
         return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
@@ -70,13 +70,13 @@ class Trend:
 
 def trends(exhibits: Sequence[Exhibit], runs: Sequence[Run]) -> list[Trend]:
     """A trend for each renderer that two or more runs hold."""
-    renderers = dict.fromkeys(each.renderer for run in runs for each in run.results)
+    renderers = dict.fromkeys(result.renderer for run in runs for result in run.results)
     made = []
     for renderer in renderers:
-        own = [run for run in runs if any(each.renderer == renderer for each in run.results)]
+        own = [run for run in runs if any(result.renderer == renderer for result in run.results)]
         if len(own) > 1:
             courses = tuple(_course(exhibit, renderer, own) for exhibit in exhibits)
-            courses = tuple(each for each in courses if any(each.results))
+            courses = tuple(course for course in courses if any(course.results))
             steps = tuple(_step(courses, own, at) for at in range(len(own) - 1, 0, -1))
             made.append(Trend(renderer, tuple(own), steps, courses))
     return made
@@ -86,9 +86,9 @@ def _course(exhibit: Exhibit, renderer: str, runs: Sequence[Run]) -> Course:
     found = {id(each.run): each.result for each in exhibit.drawn if each.result.renderer == renderer}
     results = tuple(found.get(id(run)) for run in runs)
     lines = (
-        Line("area, px", tuple(None if each is None else area(each) for each in results)),
-        Line("strength, jnd", tuple(None if each is None else strongest(each) for each in results)),
-        Line("time, s", tuple(None if each is None else each.seconds.get("render", 0.0) for each in results)),
+        Line("area, px", tuple(None if result is None else area(result) for result in results)),
+        Line("strength, jnd", tuple(None if result is None else strongest(result) for result in results)),
+        Line("time, s", tuple(None if result is None else result.seconds.get("render", 0.0) for result in results)),
     )
     return Course(exhibit.scene, exhibit.variant, results, lines)
 

@@ -14,11 +14,11 @@ def github(document: RunDocument, results: list[Result], out: Path) -> str:
     """An error for what fails, a warning for what a gate lets pass though it was not expected, and commands."""
     del document
     lines = []
-    for each in results:
-        if each.fails or each.surprising or each.verdict.word == "error":
-            level = "error" if each.fails else "warning"
-            place = f"file={_value(scene_file(each))},title={_value(title(each))}"
-            told = "\n".join(part for part in (sentence(each), going_on(each, out)) if part)
+    for result in results:
+        if result.fails or result.surprising or result.verdict.word == "error":
+            level = "error" if result.fails else "warning"
+            place = f"file={_value(scene_file(result))},title={_value(title(result))}"
+            told = "\n".join(part for part in (sentence(result), going_on(result, out)) if part)
             lines.append(f"::{level} {place}::{_data(told)}")
     return "".join(f"{line}\n" for line in lines)
 

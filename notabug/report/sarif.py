@@ -27,7 +27,7 @@ def sarif(document: RunDocument, results: list[Result], out: Path) -> str:
             "driver": {
                 "name": "notabug",
                 "version": document["tool"]["version"],
-                "rules": [{"id": each, "shortDescription": {"text": readable(each)}} for each in rules],
+                "rules": [{"id": rule, "shortDescription": {"text": readable(rule)}} for rule in rules],
             }
         },
         "invocations": [

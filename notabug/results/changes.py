@@ -57,9 +57,11 @@ def between(before: Result, after: Result) -> Change | None:
 
 def compare(before: list[Result], after: list[Result]) -> list[Change]:
     """The jobs whose verdict, names, area or jnd changed, worst first."""
-    sides = [{(each.scene, each.variant, each.renderer): each for each in results} for results in (before, after)]
+    sides = [
+        {(result.scene, result.variant, result.renderer): result for result in results} for results in (before, after)
+    ]
     changes = [_change(key, sides[0].get(key), sides[1].get(key)) for key in sides[0] | sides[1]]
-    changed = [each for each in changes if _changed(each)]
+    changed = [change for change in changes if _changed(change)]
     return sorted(
         changed,
         key=lambda each: (

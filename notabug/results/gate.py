@@ -64,7 +64,7 @@ class Gate:
             return word == "error" or tight
         if word == "limitation" and not tight:
             return False
-        found = [each for each in result.verdict.findings if each.kind == word]
+        found = [finding for finding in result.verdict.findings if finding.kind == word]
         return self.fail_on == "any" or not found or any(each.visible for each in found)
 
     def document(self, results: Sequence[Result]) -> GateSaid:
@@ -82,7 +82,7 @@ class Gate:
 
 def code_of(results: Sequence[Result]) -> ExitCode:
     """A bug outweighs an error, a renderer's that of a reference, and that one a scene's; what is accepted is none."""
-    failing = [each.verdict for each in results if each.fails]
+    failing = [result.verdict for result in results if result.fails]
     if any(each.word != "error" for each in failing):
         return ExitCode.BUG
     if any(not {NO_REFERENCE, NO_SCENE}.intersection(each.triggers) for each in failing):

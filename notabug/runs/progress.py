@@ -255,7 +255,7 @@ def states(results: Sequence[Result], gate: GateSaid) -> list[Text]:
     """What became of what was accepted, a state a line, those that fail first; what to do where it is not plain."""
     lines = []
     for state, advice in ADVICE.items():
-        found = [each for each in results if each.state == state and (each.because or state == "new")]
+        found = [result for result in results if result.state == state and (result.because or state == "new")]
         if found:
             style = "bold red" if any(each.fails for each in found) else "default"
             named = "; ".join(" ".join(x for x in (e.scene, e.variant, e.renderer) if x) for e in found[:SHOWN])

@@ -159,7 +159,7 @@ def _finish(state: Run, results: dict[int, Result], index: int, done: Done) -> N
     """Put a job's result in its place and save the record."""
     state.rendering += done.rendering
     results[index] = state.plan.gate.judged(done.result)
-    state.results = [results[each] for each in sorted(results)]
+    state.results = [results[result] for result in sorted(results)]
     state.watcher.done(results[index], done.kept)
     state.save(now=False)
 

@@ -50,7 +50,7 @@ def scaled(by: float) -> Edit:
         return replace(
             scene,
             camera=rescaled(replace(camera, to_world=to_world), by),
-            objects=tuple(thing(each) for each in scene.objects),
+            objects=tuple(thing(shape) for shape in scene.objects),
             lights=tuple(light(each) for each in scene.lights),
         )
 

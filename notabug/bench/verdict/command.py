@@ -100,7 +100,7 @@ def _show(side: str, found: Record) -> None:
             row.get(key) for key in ("auc", "auc_clean", "best", "missed", "limitations_called_bug", "clean_called_bug")
         )
         style = "bold" if row["name"] == OURS else ""
-        gates.add_row(row["name"], *("-" if each is None else f"{each:.3f}" for each in cells), style=style)
+        gates.add_row(row["name"], *("-" if cell is None else f"{cell:.3f}" for cell in cells), style=style)
     console().print(gates)
     alarms = Table("condition", "false alarms per 1,000", "of", title=f"{side}: clean pictures")
     for name, each in found["false_alarms"].items():

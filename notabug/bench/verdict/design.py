@@ -104,7 +104,7 @@ def seeds_of(scene: str, side: Side) -> tuple[int, ...]:
 
 def corpus() -> list[Place]:
     """Every scene of the design: (id, variants)."""
-    return [(each.id, ()) for each in scenes()] + [(name, tuple(sorted(of.items()))) for name, of in EXTRA]
+    return [(scene.id, ()) for scene in scenes()] + [(name, tuple(sorted(of.items()))) for name, of in EXTRA]
 
 
 def groups(size: Size) -> list[Group]:
@@ -125,7 +125,7 @@ def _clean(size: Size, drawn: Mapping[Place, Scene]) -> Iterator[Group]:
 
 def _chosen(count: int, *parts: object) -> tuple[str, ...]:
     """The ``count`` conditions of a group: those of ``NAMED`` always, and others by hash."""
-    others = [each.name for each in CONDITIONS if each.name not in NAMED]
+    others = [condition.name for condition in CONDITIONS if condition.name not in NAMED]
     others.sort(key=lambda name: number("condition", *parts, name))
     return (*NAMED, *others[: count - len(NAMED)])
 

@@ -117,8 +117,8 @@ def said(verdict: Verdict) -> dict[str, object]:
     return {
         "word": verdict.word,
         "triggers": list(verdict.triggers),
-        "bugs": [each.name for each in verdict.findings if each.kind == "bug"],
-        "limitations": [each.name for each in verdict.findings if each.kind == "limitation"],
+        "bugs": [finding.name for finding in verdict.findings if finding.kind == "bug"],
+        "limitations": [finding.name for finding in verdict.findings if finding.kind == "limitation"],
         "severity": verdict.numbers.get("severity", float("inf") if verdict.word == "bug" else 0.0),
         "gain": verdict.numbers.get("gain", 1.0),
         "bug_pixels": verdict.numbers.get("bug_pixels", 0.0),
@@ -134,7 +134,7 @@ def scene_of(group: Group) -> Scene:
 
 
 def fault_of(group: Group) -> Fault | None:
-    return next((each for each in FAULTS if group.label == "bug" and each.name == group.name), None)
+    return next((fault for fault in FAULTS if group.label == "bug" and fault.name == group.name), None)
 
 
 def filmed(fault: Fault | None, picture: Floats, strength: float) -> Floats:
@@ -256,7 +256,7 @@ def shows(picture: Floats, reference: Floats, noise: Floats, within: tuple[Float
 
 def _twin(group: Group, scene: Scene, verdict: Verdict) -> bool:
     """Whether the fault that the verdict names, where it is another one, gives the very picture of the drawn one."""
-    named = next((each.name for each in verdict.findings if each.kind == "bug"), "")
+    named = next((finding.name for finding in verdict.findings if finding.kind == "bug"), "")
     fault = fault_of(group)
     if not fault or not named or named in fault.right or named == "unexplained":
         return False

@@ -107,7 +107,7 @@ def expose_renderer(group: Group) -> list[dict[str, object]]:
     visible = True
     if fault is not None:
         if group.name == "pixel_shift":  # half a pixel, by the mean of two neighbours
-            pictures = [(each + _moved(each)) / 2 for each in pictures]
+            pictures = [(picture + _moved(picture)) / 2 for picture in pictures]
         # with the same seeds: where a renderer turns normals by itself, the same
         mean, right = np.mean(pictures, axis=0), _right(adapter, scene)
         visible = shows(mean, right, np.zeros_like(mean), around(right))

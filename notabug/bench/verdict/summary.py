@@ -21,7 +21,7 @@ RESAMPLES = 1000
 
 def shown(records: Iterable[Record]) -> list[Record]:
     """The records whose picture shows what it is labelled with; clean ones always do."""
-    return [each for each in records if each["label"] == "clean" or each["shows"]]
+    return [record for record in records if record["label"] == "clean" or record["shows"]]
 
 
 def rate(records: Sequence[Record], good: Callable[[Record], bool]) -> Record:
@@ -30,8 +30,8 @@ def rate(records: Sequence[Record], good: Callable[[Record], bool]) -> Record:
     Where none, or all, are good a bootstrap says nothing: there the interval is Clopper and Pearson's.
     """
     by_scene: dict[str, list[bool]] = defaultdict(list)
-    for each in records:
-        by_scene[each["scene"]].append(good(each))
+    for record in records:
+        by_scene[record["scene"]].append(good(record))
     hits, n = sum(sum(each) for each in by_scene.values()), len(records)
     if not n:
         return {"share": None, "hits": 0, "of": 0, "interval": [0.0, 1.0]}
@@ -106,7 +106,7 @@ def judges(records: Sequence[Record]) -> list[Record]:
 def _above(values: Sequence[float], *, below: bool = False) -> float | None:
     if not values:
         return None
-    return float(np.mean([(each <= 1.0) if below else (each > 1.0) for each in values]))
+    return float(np.mean([(value <= 1.0) if below else (value > 1.0) for value in values]))
 
 
 def floors(records: Sequence[Record]) -> list[Record]:
@@ -119,7 +119,7 @@ def floors(records: Sequence[Record]) -> list[Record]:
 
     rows = []
     names = (OURS, *(gate.name for gate in gates()))
-    scored = [each for each in records if each["gates"]]
+    scored = [record for record in records if record["gates"]]
     quiet: dict[str, list[Record]] = defaultdict(list)
     for each in scored:
         if each["label"] != "bug":
