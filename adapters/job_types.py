@@ -26,7 +26,9 @@ class LightSaid(TypedDict):
     intensity: list[float]
 
 
-class MaterialSaid(TypedDict):
+class Look(TypedDict):
+    """What every job says of a material."""
+
     diffuse: list[float]
     texture: int
     specular: list[float]
@@ -37,6 +39,9 @@ class MaterialSaid(TypedDict):
     transmission: list[float]
     ior: float
     opacity: float
+
+
+class MaterialSaid(Look):
     preview: NotRequired[dict[str, object]]
 
 
@@ -135,19 +140,9 @@ class MitsubaPreview(TypedDict):
     roughness_map: int
 
 
-class MitsubaLook(TypedDict):
+class MitsubaLook(Look):
     scripted: bool
     preview: MitsubaPreview | None
-    diffuse: list[float]
-    texture: int
-    specular: list[float]
-    exponent: float
-    lobe: str
-    cosine_weighted: bool
-    mirror: list[float]
-    transmission: list[float]
-    ior: float
-    opacity: float
 
 
 class MitsubaTexture(TypedDict):
