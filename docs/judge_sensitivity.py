@@ -20,17 +20,17 @@ HEAD = """\
 # What each number decides
 
 How much a verdict depends on each of [the numbers that decide](judge-numbers.md). A fixed sample of the tuning half of
-`notabug bench verdict`, {pictures} pictures of 40 x 40 pixels ({words}), was judged with each number halved and
-doubled; of numbers that only name a bug, the names of {bugs} bugs were compared.
+`notabug bench verdict`, {pictures} pictures of 40 x 40 pixels ({words}),
+was judged with each number halved and doubled; of numbers that only name a bug, the names of {bugs} bugs were compared.
 `python -m notabug.bench.verdict.sensitivity OUT.json` measures it again, `python docs/judge_sensitivity.py OUT.json`
-writes this page.
+writes this page; a measurement that was stopped goes on with `docs/judge-sensitivity.json` as OUT.json.
 
 A sample is small: a number that moves nothing here may decide a picture that is not in it. Nothing was tuned by it.
 
 - **word**: verdicts that become another word; a change to `bug` is a false alarm, one from it a bug that is missed
 - **name**: verdicts of the same word whose findings have other names
 - **figure**: verdicts whose `severity`, how near they are to `bug`, changes by more than a tenth
-- **search stopped**: the search took more than fifteen times as long, and was given up
+- **search stopped**: the search took more than fifteen times as much processor time, and was given up
 
 """
 
