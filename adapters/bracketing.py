@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from notabug.adapters.base import Quality
+from notabug.adapters.base import Declaration, Quality
 from notabug.adapters.process import failure
 from notabug.scenes_usd.scene import Floats
 
@@ -19,6 +19,24 @@ LEAST_GAIN = 4.0**-12
 def subsamples_along(quality: Quality) -> int:
     """Subsamples along a pixel's side, for a renderer that averages a regular grid of them."""
     return max(1, round(math.sqrt(quality.samples)))
+
+
+def bracketed_in_16_bits(quality: Quality, hit_error: float) -> Declaration:
+    """What such a renderer declares that computes in float64 and writes 16 bits: the mean over a pixel, or its centre.
+
+    The rest is as Declaration's defaults have it, and the renderer's own matter.
+    """
+    along = subsamples_along(quality)
+    return Declaration(
+        precision="float64",
+        hit_error=hit_error,
+        filter="point" if along == 1 else "box",
+        radius=0.0 if along == 1 else 0.5,
+        quantum=1.0 / 65535.0,
+        relative_quantum=False,
+        noisy=False,
+        samples=along**2,
+    )
 
 
 def bracketed(shoot: Callable[[float], Floats], log: Callable[[], str], where: str) -> Floats:

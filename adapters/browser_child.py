@@ -20,9 +20,14 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from notabug.adapters.job_types import Arrays, Job, ShapeSaid, TextureSaid
 
 _FREE = 10  # the first file descriptor that is surely neither of the two that Chromium reads and writes
 _READS, _WRITES = 3, 4
@@ -74,10 +79,10 @@ class Browser:
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
 
-    def call(self, method: str, **parameters: Any) -> Any:
+    def call(self, method: str, **parameters: object) -> Any:
         """What Chromium answers to ``method``."""
         self._count += 1
-        message: dict[str, Any] = {"id": self._count, "method": method, "params": parameters}
+        message: dict[str, object] = {"id": self._count, "method": method, "params": parameters}
         if self._session:
             message["sessionId"] = self._session
         left = memoryview(json.dumps(message).encode() + b"\0")
@@ -146,23 +151,26 @@ def _drawn(browser: Browser, folder: Path) -> None:
     np.save(folder / "picture.npy", pixels[..., :3].mean(axis=(1, 3), dtype=np.float64).astype(np.float32))
 
 
-def plain(job: dict[str, Any], arrays: dict[str, Any]) -> dict[str, Any]:
+_PASSED_ON = ("width", "height", "camera", "lights", "materials", "grid", "unit")
+
+
+def plain(job: Job, arrays: Arrays) -> dict[str, object]:
     """The job with its arrays in it. Every mesh has one vertex for each corner of its triangles, and normals."""
     return {
-        **{name: job[name] for name in ("width", "height", "camera", "lights", "materials", "grid", "unit")},
+        **{name: value for name, value in job.items() if name in _PASSED_ON},
         "textures": [_texture(texture, arrays[texture["pixels"]]) for texture in job["textures"]],
         "objects": [_mesh(shape, arrays, job["unit"]) for shape in job["objects"]],
     }
 
 
-def _texture(said: dict[str, Any], pixels: Any) -> dict[str, Any]:
+def _texture(said: TextureSaid, pixels: npt.NDArray[np.float32]) -> dict[str, object]:
     """RGBA in float32, bottom row first: v grows up."""
     whole = np.ones((*pixels.shape[:2], 4), np.float32)
     whole[..., :3] = pixels[::-1]
     return {"wrap": said["wrap"], "width": pixels.shape[1], "height": pixels.shape[0], "pixels": _packed(whole)}
 
 
-def _mesh(shape: dict[str, Any], arrays: dict[str, Any], unit: float) -> dict[str, Any]:
+def _mesh(shape: ShapeSaid, arrays: Arrays, unit: float) -> dict[str, object]:
     corners = arrays[shape["triangles"]].ravel()
     points = arrays[shape["points"]][arrays[shape["corners"]][corners]]
     if "normals" in shape:
@@ -177,7 +185,7 @@ def _mesh(shape: dict[str, Any], arrays: dict[str, Any], unit: float) -> dict[st
     return {"material": shape["material"], **{name: _packed(part) for name, part in parts.items()}}
 
 
-def _packed(array: Any) -> dict[str, str]:
+def _packed(array: npt.NDArray[np.floating]) -> dict[str, str]:
     little = np.ascontiguousarray(array, "<f4")
     return {"base64": base64.b64encode(little.tobytes()).decode("ascii"), "type": "Float32Array"}
 

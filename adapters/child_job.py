@@ -11,21 +11,21 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Quality, Render
 from notabug.adapters.job_folder import job_folder, picture_path
+from notabug.adapters.job_types import Arrays, Job, LightSaid, MaterialSaid, ShapeSaid, TextureSaid
 from notabug.adapters.kept import KeptChild, kept_child
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Floats, Light, Material, Object, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
 
-Arrays = dict[str, npt.NDArray[Any]]
-Edit = Callable[[dict[str, Any], Arrays], object]
+Edit = Callable[[Job, Arrays], object]
 
 _MATERIAL = tuple(field.name for field in fields(Material) if field.name not in ("path", "preview"))
 
@@ -51,7 +51,7 @@ class Script:
         scene: Scene,
         out: Path,
         quality: Quality,
-        settings: Mapping[str, Any],
+        settings: Mapping[str, object],
         software: str,
         *,
         samples: int,
@@ -63,7 +63,7 @@ class Script:
         """
         named = seeds or (quality.seeds or (0,))[:1]
         images = [picture_path(out, self.name, seed) for seed in named]
-        told: dict[str, Any] = {"samples": samples, "seeds": list(named), **settings}
+        told: dict[str, object] = {"samples": samples, "seeds": list(named), **settings}
         pixels, ended = self._draw(scene, out, quality, told, *([len(seeds)] if seeds else []))
         pictures = pixels.reshape(len(named), *pixels.shape[-3:])
         for image, picture in zip(images, pictures, strict=True):
@@ -75,15 +75,15 @@ class Script:
         )
 
     def _draw(
-        self, scene: Scene, out: Path, quality: Quality, settings: Mapping[str, Any], *pictures: int
+        self, scene: Scene, out: Path, quality: Quality, settings: Mapping[str, object], *pictures: int
     ) -> tuple[Floats, Ended]:
         """The picture (h, w, 3) that the script draws of ``scene``, and how the child ended.
 
         ``settings`` are added to the job. With a number of ``pictures`` the array is (pictures, h, w, 3). Raises
         RendererError where there is no picture, or one of another size.
         """
-        document, arrays = child_job(scene)
-        document |= settings
+        plain, arrays = child_job(scene)
+        document = cast(Job, {**plain, **settings})
         if self.edit is not None:
             self.edit(document, arrays)
         with job_folder(out, self.name, keep=self.keep_jobs) as folder:
@@ -111,7 +111,7 @@ class Script:
         return self.python, "-P", str(Path(__file__).resolve().with_name(self.script))
 
 
-def child_job(scene: Scene) -> tuple[dict[str, Any], Arrays]:
+def child_job(scene: Scene) -> tuple[Job, Arrays]:
     """The job's JSON document, and the arrays that it names.
 
     Everything is in world space and float64. Matrices act on row vectors. A mesh has its n-gons (``counts``,
@@ -136,25 +136,27 @@ def child_job(scene: Scene) -> tuple[dict[str, Any], Arrays]:
     }, arrays
 
 
-def _material(material: Material) -> dict[str, Any]:
+def _material(material: Material) -> MaterialSaid:
     said = {name: getattr(material, name) for name in _MATERIAL}
-    return said if material.preview is None else {**said, "preview": asdict(material.preview)}
+    if material.preview is not None:
+        said["preview"] = asdict(material.preview)
+    return cast(MaterialSaid, said)
 
 
-def _light(light: Light) -> dict[str, Any]:
+def _light(light: Light) -> LightSaid:
     place = light.position if light.kind == "point" else light.direction
     return {"kind": light.kind, "place": list(place), "intensity": list(light.intensity)}
 
 
-def _textures(scene: Scene, arrays: Arrays) -> list[dict[str, Any]]:
-    found = []
+def _textures(scene: Scene, arrays: Arrays) -> list[TextureSaid]:
+    found: list[TextureSaid] = []
     for index, texture in enumerate(scene.textures):
         arrays[f"texture{index}"] = texture.pixels.astype(np.float32)
-        found.append({"pixels": f"texture{index}", "wrap": [texture.wrap_s, texture.wrap_t]})
+        found.append({"pixels": f"texture{index}", "wrap": (texture.wrap_s, texture.wrap_t)})
     return found
 
 
-def _object(index: int, shape: Object, arrays: Arrays) -> dict[str, Any]:
+def _object(index: int, shape: Object, arrays: Arrays) -> ShapeSaid:
     if isinstance(shape, Sphere):
         return {
             "kind": "sphere",
@@ -162,7 +164,7 @@ def _object(index: int, shape: Object, arrays: Arrays) -> dict[str, Any]:
             "radius": shape.radius,
             "to_world": shape.to_world.tolist(),
         }
-    parts: dict[str, Any] = {
+    parts: dict[str, npt.NDArray[np.float64] | npt.NDArray[np.int32] | None] = {
         "points": shape.points,
         "counts": shape.counts,
         "corners": shape.corners,
@@ -170,9 +172,6 @@ def _object(index: int, shape: Object, arrays: Arrays) -> dict[str, Any]:
         "normals": shape.normals,
         "uv": shape.uv,
     }
-    said: dict[str, Any] = {"kind": "mesh", "material": shape.material}
-    for part, array in parts.items():
-        if array is not None:
-            said[part] = f"{part}{index}"
-            arrays[said[part]] = np.ascontiguousarray(array)
-    return said
+    named = {part: f"{part}{index}" for part, array in parts.items() if array is not None}
+    arrays |= {named[part]: np.ascontiguousarray(array) for part, array in parts.items() if array is not None}
+    return cast(ShapeSaid, {"kind": "mesh", "material": shape.material, **named})

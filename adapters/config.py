@@ -65,8 +65,10 @@ def find_config(start: Path | None = None) -> Path | None:
         own, shared = folder / FILE, folder / SHARED
         if own.is_file():
             return _ours(own)
-        if shared.is_file() and b"notabug" in _read(shared) and "notabug" in _parse(shared).get("tool", {}):
-            return _ours(shared)
+        if shared.is_file() and b"notabug" in _read(shared):
+            tool = _parse(shared).get("tool")
+            if isinstance(tool, dict) and "notabug" in tool:
+                return _ours(shared)
     return None
 
 
@@ -116,7 +118,7 @@ def _read(path: Path) -> bytes:
         raise ConfigError("cannot be read", where=str(path), got=error.strerror or str(error)) from error
 
 
-def _parse(path: Path) -> dict[str, Any]:
+def _parse(path: Path) -> dict[str, object]:
     try:
         return tomllib.loads(_read(path).decode("utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:

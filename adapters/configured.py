@@ -129,7 +129,7 @@ def _known(name: str, table: Table, known: Mapping[str, Adapter]) -> Adapter:
     return made
 
 
-def _value(table: Table, key: str, hint: Any) -> Any:
+def _value(table: Table, key: str, hint: object) -> object:
     if hint is bool:
         return settings.flag(table, key, False)
     if hint is int:

@@ -12,9 +12,17 @@ import math
 import os
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    import bpy
+    import numpy.typing as npt
+
+    from notabug.adapters.job_types import Arrays, CameraSaid, Job, LightSaid, ShapeSaid
 
 _SENSOR = 36.0  # Blender's, in millimetres; only its ratio to the focal length counts
 _CROSSED = 64  # surfaces of some opacity behind one another
@@ -44,7 +52,7 @@ def main(folder: Path) -> None:
     np.save(folder / "picture.npy", pictures.astype(np.float32))
 
 
-def _render(bpy: Any, scene: Any, path: Path, job: dict[str, Any]) -> Any:
+def _render(bpy: ModuleType, scene: bpy.types.Scene, path: Path, job: Job) -> npt.NDArray[np.float32]:
     """One picture (h, w, 3), top row first, by way of a float32 EXR: Blender gives its result to nobody else."""
     scene.render.filepath = str(path.resolve())
     bpy.ops.render.render(write_still=True)
@@ -58,7 +66,7 @@ def _render(bpy: Any, scene: Any, path: Path, job: dict[str, Any]) -> Any:
     return pixels.reshape(job["height"], job["width"], channels)[::-1, :, :3]
 
 
-def _settings(bpy: Any, scene: Any, job: dict[str, Any]) -> None:
+def _settings(bpy: ModuleType, scene: bpy.types.Scene, job: Job) -> None:
     """Direct light only, neither filtered, denoised nor graded, into a float32 EXR."""
     scene.render.engine = "CYCLES"
     cycles = scene.cycles
@@ -95,7 +103,7 @@ def _settings(bpy: Any, scene: Any, job: dict[str, Any]) -> None:
         scene.world.color = (0.0, 0.0, 0.0)
 
 
-def _look(bpy: Any, job: dict[str, Any], index: int, arrays: dict[str, Any]) -> Any:
+def _look(bpy: ModuleType, job: Job, index: int, arrays: Arrays) -> bpy.types.Material:
     """A Lambert surface, and where it has an opacity a mixture of it and nothing."""
     said = job["materials"][index]
     look = bpy.data.materials.new(f"material{index}")
@@ -126,7 +134,7 @@ def _look(bpy: Any, job: dict[str, Any], index: int, arrays: dict[str, Any]) -> 
     return look
 
 
-def _image(bpy: Any, name: str, pixels: Any) -> Any:
+def _image(bpy: ModuleType, name: str, pixels: npt.NDArray[np.float32]) -> bpy.types.Image:
     height, width = pixels.shape[:2]
     image = bpy.data.images.new(name, width, height, float_buffer=True, is_data=True)
     whole = np.ones((height, width, 4), np.float32)
@@ -137,7 +145,13 @@ def _image(bpy: Any, name: str, pixels: Any) -> Any:
 
 
 def _mesh(
-    bpy: Any, scene: Any, index: int, shape: dict[str, Any], arrays: dict[str, Any], looks: list[Any], offset: float
+    bpy: ModuleType,
+    scene: bpy.types.Scene,
+    index: int,
+    shape: ShapeSaid,
+    arrays: Arrays,
+    looks: list[bpy.types.Material],
+    offset: float,
 ) -> None:
     corners = arrays[shape["triangles"]].ravel()
     faces = arrays[shape["corners"]][corners].reshape(-1, 3)
@@ -167,7 +181,7 @@ def _mesh(
                 setattr(owner, name, value)
 
 
-def _light(bpy: Any, scene: Any, index: int, said: dict[str, Any]) -> Any:
+def _light(bpy: ModuleType, scene: bpy.types.Scene, index: int, said: LightSaid) -> bpy.types.Object:
     """A lamp of Blender sends out its energy over 4 pi; a sun's energy is its irradiance."""
     from mathutils import Matrix
 
@@ -196,7 +210,7 @@ def _light(bpy: Any, scene: Any, index: int, said: dict[str, Any]) -> Any:
     return body
 
 
-def _camera(bpy: Any, scene: Any, said: dict[str, Any]) -> None:
+def _camera(bpy: ModuleType, scene: bpy.types.Scene, said: CameraSaid) -> None:
     from mathutils import Matrix
 
     camera = bpy.data.cameras.new("camera")

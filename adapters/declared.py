@@ -106,7 +106,7 @@ def _value(table: Table, name: str, fallback: Any) -> Any:
     return settings.number(table, name, fallback, least, most)
 
 
-def hint(name: str) -> Any:
+def hint(name: str) -> object:
     """The type of the value of ``name``, a key of a declaration."""
     return float if name in OF_NUMBERS else _HINTS.get(name)
 
@@ -144,7 +144,7 @@ def said(words: Sequence[str]) -> dict[str, Any]:
     return found
 
 
-def _typed(hint: Any, text: str) -> Any:
+def _typed(hint: object, text: str) -> bool | float | str:
     """``text`` as the value that it would be in a table; left as it is where it is none of the kind."""
     if hint in (bool, bool | None):
         return {"true": True, "false": False}.get(text.lower(), text)
@@ -165,7 +165,7 @@ def declarations() -> list[dict[str, str]]:
     for name, hint in _HINTS.items():
         least = "-1 (unknown)" if name in _UNKNOWN else "0"
         values = (
-            " ".join(each or '""' for each in get_args(hint))
+            " ".join(arg or '""' for arg in get_args(hint))
             if get_origin(hint) is Literal
             else "true false"
             if hint in (bool, bool | None)

@@ -40,13 +40,17 @@ def version(path: Path) -> int:
         return 0
     if stated := name[1] or name[2]:
         return int(stated)
-    folders = (_FOLDER.match(each.name) for each in path.parents)
-    return next((int(each[1]) for each in folders if each), 0)
+    folders = (_FOLDER.match(parent.name) for parent in path.parents)
+    return next((int(folder[1]) for folder in folders if folder), 0)
 
 
 def choose(candidates: Iterable[Path]) -> Path | None:
     """The lowest version from LEAST up: it is the nearest to the one that was measured."""
-    able = sorted((version(each), len(each.name), str(each)) for each in candidates if version(each) >= LEAST)
+    able = sorted(
+        (version(candidate), len(candidate.name), str(candidate))
+        for candidate in candidates
+        if version(candidate) >= LEAST
+    )
     return Path(able[0][2]) if able else None
 
 

@@ -12,9 +12,19 @@ import os
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np  # before pyluxcore, whose allocator would be given memory that numpy's libraries got from another
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    import numpy.typing as npt
+    import pyluxcore
+
+    from notabug.adapters.job_types import Arrays, Job, LightSaid, MaterialSaid, ShapeSaid
+
+    Properties = dict[str, object]
 
 _HIGHEST_SEED = 1 << 31
 _PAUSE = 0.005  # seconds between two looks at a session
@@ -60,14 +70,16 @@ def _tell(line: str) -> None:
         print(line)
 
 
-def _properties(pyluxcore: Any, values: dict[str, Any]) -> Any:
+def _properties(pyluxcore: ModuleType, values: Properties) -> pyluxcore.Properties:
     made = pyluxcore.Properties()
     for name, value in values.items():
         made.Set(pyluxcore.Property(name, value if isinstance(value, list) else [value]))
     return made
 
 
-def _render(pyluxcore: Any, scene: Any, settings: dict[str, Any], width: int, height: int) -> Any:
+def _render(
+    pyluxcore: ModuleType, scene: pyluxcore.Scene, settings: Properties, width: int, height: int
+) -> npt.NDArray[np.float32]:
     """One picture (h, w, 3), top row first: the radiance on LuxCore's film."""
     session = pyluxcore.RenderSession(pyluxcore.RenderConfig(_properties(pyluxcore, settings), scene))
     session.Start()
@@ -84,7 +96,7 @@ def _render(pyluxcore: Any, scene: Any, settings: dict[str, Any], width: int, he
     return pixels.reshape(height, width, 3)[::-1]
 
 
-def _settings(job: dict[str, Any], seed: int) -> dict[str, Any]:
+def _settings(job: Job, seed: int) -> Properties:
     """Direct light alone, seen directly or in mirrors, neither filtered, clamped nor denoised.
 
     A path's last surface is lit only where it is its first too. So where there are mirrors a path may meet one diffuse
@@ -122,7 +134,7 @@ def _settings(job: dict[str, Any], seed: int) -> dict[str, Any]:
     return settings | ({"native.threads.count": job["threads"]} if job["threads"] else {})
 
 
-def _camera(job: dict[str, Any]) -> dict[str, Any]:
+def _camera(job: Job) -> Properties:
     """The window on the plane at distance 1, in units of the field of view's half, which is the smaller of the two.
 
     LuxCore draws what belongs into a row one row below it: its window is moved by ``raised`` rows.
@@ -147,7 +159,7 @@ def _camera(job: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _light(said: dict[str, Any], gain: float) -> dict[str, Any]:
+def _light(said: LightSaid, gain: float) -> Properties:
     """A point's gain is its power, 4 pi times its intensity; a distant light's its irradiance."""
     strength, white = gain * np.array(said["intensity"]), {"color": [1.0, 1.0, 1.0]}
     if said["kind"] == "distant":
@@ -157,21 +169,21 @@ def _light(said: dict[str, Any], gain: float) -> dict[str, Any]:
     return white | unscaled | point
 
 
-def _used(job: dict[str, Any]) -> dict[int, Any]:
+def _used(job: Job) -> dict[int, MaterialSaid]:
     """The materials of objects, by their numbers."""
     return {index: job["materials"][index] for index in sorted({shape["material"] for shape in job["objects"]})}
 
 
-def _mirror_share(said: dict[str, Any]) -> float:
+def _mirror_share(said: MaterialSaid) -> float:
     """The share of a mixture that is its mirror: LuxCore clamps the colours of its parts to 1."""
     return 1.0 if any(said["mirror"]) and _black(said) else float(max(said["mirror"]))
 
 
-def _black(said: dict[str, Any]) -> bool:
+def _black(said: MaterialSaid) -> bool:
     return said["texture"] < 0 and not any(said["diffuse"])
 
 
-def _brightest(job: dict[str, Any], arrays: dict[str, Any]) -> float:
+def _brightest(job: Job, arrays: Arrays) -> float:
     """The largest diffuse colour that a part of any material would have, if it is above 1.
 
     LuxCore clamps those colours to 1, too. All are divided by it, and lights are made as much brighter: what is seen
@@ -186,13 +198,13 @@ def _brightest(job: dict[str, Any], arrays: dict[str, Any]) -> float:
     return most
 
 
-def _look(index: int, said: dict[str, Any], brightest: float) -> dict[str, Any]:
+def _look(index: int, said: MaterialSaid, brightest: float) -> Properties:
     """The material ``m<index>``: a Lambert surface, a mirror, or a mixture of the two, which weights its parts."""
     share = _mirror_share(said)
     gain = 1.0 / (brightest * (1.0 - share)) if share < 1.0 else 0.0
-    matte: dict[str, Any] = {"type": "matte", "kd": [part * gain for part in said["diffuse"]]}
-    mirror: dict[str, Any] = {"type": "mirror", "kr": [part / share for part in said["mirror"]]} if share else {}
-    look: dict[str, Any] = {}
+    matte: Properties = {"type": "matte", "kd": [part * gain for part in said["diffuse"]]}
+    mirror: Properties = {"type": "mirror", "kr": [part / share for part in said["mirror"]]} if share else {}
+    look: Properties = {}
     if said["texture"] >= 0:
         matte["kd"] = f"t{index}"
         image = {"type": "imagemap", "file": f"image{said['texture']}", "gamma": 1.0, "gain": gain}
@@ -206,11 +218,11 @@ def _look(index: int, said: dict[str, Any], brightest: float) -> dict[str, Any]:
     return look | _named(f"materials.m{index}", shown)
 
 
-def _named(name: str, values: dict[str, Any]) -> dict[str, Any]:
+def _named(name: str, values: Properties) -> Properties:
     return {f"{name}.{part}": value for part, value in values.items()}
 
 
-def _mesh(scene: Any, index: int, shape: dict[str, Any], arrays: dict[str, Any]) -> None:
+def _mesh(scene: pyluxcore.Scene, index: int, shape: ShapeSaid, arrays: Arrays) -> None:
     """One vertex for each corner of the triangles, since normals and uv belong to corners. LuxCore's v grows down."""
     corners = arrays[shape["triangles"]].ravel()
     points = _rows(arrays[shape["points"]][arrays[shape["corners"]][corners]])
@@ -220,7 +232,7 @@ def _mesh(scene: Any, index: int, shape: dict[str, Any], arrays: dict[str, Any])
     scene.DefineMesh(f"mesh{index}", points, faces, normals, uv, None, None)
 
 
-def _rows(values: Any) -> list[tuple[Any, ...]]:
+def _rows(values: npt.NDArray[np.floating] | npt.NDArray[np.integer]) -> list[tuple[float, ...]]:
     return [tuple(row) for row in values.tolist()]
 
 

@@ -13,14 +13,15 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError
 from notabug.adapters.job_folder import job_folder, picture_path
+from notabug.adapters.job_types import Arrays, MitsubaJob
 from notabug.adapters.llvm import LEAST, VARIABLE, find_library
-from notabug.adapters.mitsuba_job import DEFAULT_SAMPLES, Arrays, job, write_job
+from notabug.adapters.mitsuba_job import DEFAULT_SAMPLES, job, write_job
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
@@ -115,8 +116,8 @@ class Mitsuba:
         quality = replace(quality, samples=quality.samples or DEFAULT_SAMPLES)
         document, arrays = job(scene, quality, mask=self.opacity == "mask")
         if self.edit is not None:
-            self.edit(document, arrays)
-        seeds: list[int] = document["seeds"]
+            self.edit(cast("dict[str, Any]", document), arrays)
+        seeds = document["seeds"]
         images = [picture_path(out, self.name, seed) for seed in seeds]
         with job_folder(out, self.name, keep=self.keep_jobs) as folder:
             ended = self._run(document, arrays, folder, quality.timeout)
@@ -132,7 +133,7 @@ class Mitsuba:
             for seed, image in zip(seeds, images, strict=True)
         )
 
-    def _run(self, document: dict[str, Any], arrays: Arrays, folder: Path, timeout: float) -> Ended:
+    def _run(self, document: MitsubaJob, arrays: Arrays, folder: Path, timeout: float) -> Ended:
         """Draw the job, with LLVM where there is one, and without it where that fails."""
         library = find_library()
         if library.path is None or self.variant == _SCALAR:
@@ -146,7 +147,7 @@ class Mitsuba:
 
     def _child(
         self,
-        document: dict[str, Any],
+        document: MitsubaJob,
         arrays: Arrays,
         folder: Path,
         variant: str,

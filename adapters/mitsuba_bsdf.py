@@ -14,12 +14,15 @@ exponent of 1e5; what is seen in mirrors and glass to what ``mitsuba_job.py`` sa
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from notabug.adapters.job_types import MitsubaLook, PlugIn
 
 
-def whitted(
-    mi: Any, look: dict[str, Any], texture: dict[str, Any] | None, maps: dict[str, dict[str, Any] | None]
-) -> Any:
+def whitted(mi: Any, look: MitsubaLook, texture: PlugIn | None, maps: dict[str, PlugIn | None]) -> Any:
     """A BSDF of the loaded variant of Mitsuba (the module ``mi``) for the material ``look`` of a job.
 
     ``texture`` describes the bitmap that replaces the diffuse colour, or is None; ``maps`` has those of the preview
@@ -29,11 +32,8 @@ def whitted(
 
     smooth = mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.GlossyReflection
     sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
-    diffuse, specular = mi.Color3f(look["diffuse"]), mi.Color3f(look["specular"])
-    mirror, transmission = mi.Color3f(look["mirror"]), mi.Color3f(look["transmission"])
     bitmap = None if texture is None else mi.load_dict(texture)
     numbers = {name: mi.load_dict(each) for name, each in maps.items() if each is not None}
-    shiny = any(look["specular"])
     opacity = float(look["opacity"])
     chances = _chances(look["mirror"], look["transmission"], 1.0 - opacity)
 
@@ -52,63 +52,115 @@ def whitted(
             for each in self.m_components:
                 self.m_flags |= each
 
-        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:  # noqa: ARG002
-            """The light that goes from ``wo`` to the viewer, N.L included; the normal is turned to the viewer."""
-            nv = mi.Frame3f.cos_theta(si.wi)
-            side = dr.select(nv >= 0, 1.0, -1.0)
-            nl = side * mi.Frame3f.cos_theta(wo)
-            lit = (nl > 0) & active
-            colour = diffuse if bitmap is None else mi.Color3f(bitmap.eval_3(si, active))
-            value = colour * nl
-            if look["preview"]:
-                said = {**look["preview"], **{name: each.eval_1(si, active) for name, each in numbers.items()}}
-                value = _preview(dr, mi, said, colour, mi.Vector3f(si.wi.x, si.wi.y, side * si.wi.z), wo, nl)
-            elif shiny:
-                shine = _lobe(dr, mi, look, si.wi, wo)
-                value += specular * (shine * nl if look["cosine_weighted"] else shine)
-            return dr.select(lit, value * (opacity / math.pi), 0.0)
+        def eval(
+            self,
+            ctx: Any,
+            si: Any,
+            wo: Any,
+            active: Any = True,
+        ) -> Any:
+            return _evaluated(dr, mi, look, bitmap, numbers, si, wo, active)
 
-        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:  # noqa: ARG002
-            bs = dr.zeros(mi.BSDFSample3f)
-            reflects, passes = sample1 < chances[0], sample1 >= 1.0 - chances[2]
-            bs.wo = mi.Vector3f(-si.wi.x, -si.wi.y, si.wi.z)
-            bs.pdf, bs.eta = 1.0, 1.0
-            bs.sampled_type = mi.UInt32(+mi.BSDFFlags.DeltaReflection)
-            weight = mi.Color3f(0.0)
-            if chances[0]:
-                weight = dr.select(reflects, mirror / chances[0], weight)
-            if chances[1]:
-                refracts = (sample1 >= chances[0]) & (sample1 < 1.0 - chances[2])
-                leaving = dr.dot(si.n, si.to_world(si.wi)) < 0
-                eta = dr.select(leaving, look["ior"], 1.0 / look["ior"])
-                nv = mi.Frame3f.cos_theta(si.wi)
-                square = 1.0 - eta * eta * (1.0 - nv * nv)
-                refracted = mi.Vector3f(
-                    -eta * si.wi.x, -eta * si.wi.y, dr.select(nv >= 0, -1.0, 1.0) * dr.sqrt(dr.maximum(square, 0.0))
-                )
-                through = refracts & (square >= 0)  # where not, total internal reflection
-                bs.wo = dr.select(through, dr.normalize(refracted), bs.wo)
-                bs.sampled_type = dr.select(through, mi.UInt32(+mi.BSDFFlags.DeltaTransmission), bs.sampled_type)
-                weight = dr.select(refracts, transmission / chances[1], weight)
-            if chances[2]:
-                bs.wo = dr.select(passes, -si.wi, bs.wo)
-                bs.sampled_type = dr.select(passes, mi.UInt32(+mi.BSDFFlags.Null), bs.sampled_type)
-                weight = dr.select(passes, mi.Color3f((1.0 - opacity) / chances[2]), weight)
-            return bs, dr.select(active, weight, 0.0)
+        def sample(
+            self,
+            ctx: Any,
+            si: Any,
+            sample1: Any,
+            sample2: Any,
+            active: Any = True,
+        ) -> tuple[Any, Any]:
+            ray, weight = _sampled(dr, mi, look, chances, si, sample1)
+            return ray, dr.select(active, weight, 0.0)
 
-        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:  # noqa: ARG002
+        def pdf(
+            self,
+            ctx: Any,
+            si: Any,
+            wo: Any,
+            active: Any = True,
+        ) -> Any:
             return mi.Float(0.0)
 
-        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+        def eval_pdf(
+            self,
+            ctx: Any,
+            si: Any,
+            wo: Any,
+            active: Any = True,
+        ) -> tuple[Any, Any]:
             return self.eval(ctx, si, wo, active), mi.Float(0.0)
 
-        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:  # noqa: ARG002
+        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
             return mi.Color3f(1.0 - opacity)
 
         def to_string(self) -> str:
             return "Whitted[]"
 
     return Whitted()
+
+
+def _evaluated(
+    dr: Any,
+    mi: Any,
+    look: MitsubaLook,
+    bitmap: Any | None,
+    numbers: Mapping[str, Any],
+    si: Any,
+    wo: Any,
+    active: Any,
+) -> Any:
+    """The light that goes from ``wo`` to the viewer, N.L included; the normal is turned to the viewer."""
+    nv = mi.Frame3f.cos_theta(si.wi)
+    side = dr.select(nv >= 0, 1.0, -1.0)
+    nl = side * mi.Frame3f.cos_theta(wo)
+    lit = (nl > 0) & active
+    colour = mi.Color3f(look["diffuse"]) if bitmap is None else mi.Color3f(bitmap.eval_3(si, active))
+    value = colour * nl
+    if look["preview"]:
+        said = {**look["preview"], **{name: map_.eval_1(si, active) for name, map_ in numbers.items()}}
+        value = _preview(dr, mi, said, colour, mi.Vector3f(si.wi.x, si.wi.y, side * si.wi.z), wo, nl)
+    elif any(look["specular"]):
+        shine = _lobe(dr, mi, look, si.wi, wo)
+        value += mi.Color3f(look["specular"]) * (shine * nl if look["cosine_weighted"] else shine)
+    return dr.select(lit, value * (look["opacity"] / math.pi), 0.0)
+
+
+def _sampled(
+    dr: Any,
+    mi: Any,
+    look: MitsubaLook,
+    chances: tuple[float, float, float],
+    si: Any,
+    sample1: Any,
+) -> tuple[Any, Any]:
+    """One of the rays that go on, chosen by ``sample1`` with ``chances``, and its weight."""
+    mirror, transmission = mi.Color3f(look["mirror"]), mi.Color3f(look["transmission"])
+    bs = dr.zeros(mi.BSDFSample3f)
+    reflects, passes = sample1 < chances[0], sample1 >= 1.0 - chances[2]
+    bs.wo = mi.Vector3f(-si.wi.x, -si.wi.y, si.wi.z)
+    bs.pdf, bs.eta = 1.0, 1.0
+    bs.sampled_type = mi.UInt32(+mi.BSDFFlags.DeltaReflection)
+    weight = mi.Color3f(0.0)
+    if chances[0]:
+        weight = dr.select(reflects, mirror / chances[0], weight)
+    if chances[1]:
+        refracts = (sample1 >= chances[0]) & (sample1 < 1.0 - chances[2])
+        leaving = dr.dot(si.n, si.to_world(si.wi)) < 0
+        eta = dr.select(leaving, look["ior"], 1.0 / look["ior"])
+        nv = mi.Frame3f.cos_theta(si.wi)
+        square = 1.0 - eta * eta * (1.0 - nv * nv)
+        refracted = mi.Vector3f(
+            -eta * si.wi.x, -eta * si.wi.y, dr.select(nv >= 0, -1.0, 1.0) * dr.sqrt(dr.maximum(square, 0.0))
+        )
+        through = refracts & (square >= 0)  # where not, total internal reflection
+        bs.wo = dr.select(through, dr.normalize(refracted), bs.wo)
+        bs.sampled_type = dr.select(through, mi.UInt32(+mi.BSDFFlags.DeltaTransmission), bs.sampled_type)
+        weight = dr.select(refracts, transmission / chances[1], weight)
+    if chances[2]:
+        bs.wo = dr.select(passes, -si.wi, bs.wo)
+        bs.sampled_type = dr.select(passes, mi.UInt32(+mi.BSDFFlags.Null), bs.sampled_type)
+        weight = dr.select(passes, mi.Color3f((1.0 - look["opacity"]) / chances[2]), weight)
+    return bs, weight
 
 
 def emitting(mi: Any, emission: list[float], texture: dict[str, Any] | None) -> Any:
@@ -126,16 +178,16 @@ def emitting(mi: Any, emission: list[float], texture: dict[str, Any] | None) -> 
             self.m_components = [mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide]
             self.m_flags = self.m_components[0]
 
-        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:  # noqa: ARG002
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             return mi.Color3f(0.0)
 
-        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:  # noqa: ARG002
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
             return dr.zeros(mi.BSDFSample3f), mi.Color3f(0.0)
 
-        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:  # noqa: ARG002
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             return mi.Float(0.0)
 
-        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:  # noqa: ARG002
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             return mi.Color3f(0.0), mi.Float(0.0)
 
         def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
@@ -160,7 +212,15 @@ def _chances(mirror: list[float], transmission: list[float], rest: float) -> tup
     return weights[0] / total, weights[1] / total, weights[2] / total
 
 
-def _preview(dr: Any, mi: Any, said: dict[str, Any], colour: Any, V: Any, L: Any, nl: Any) -> Any:
+def _preview(
+    dr: Any,
+    mi: Any,
+    said: Mapping[str, Any],
+    colour: Any,
+    V: Any,
+    L: Any,
+    nl: Any,
+) -> Any:
     """UsdPreviewSurface's light of irradiance pi: see ``Preview`` of scenes_usd/scene.py; D and G are Mitsuba's own.
 
     ``V`` lies above the surface, ``nl`` is the cosine of ``L`` to the side that it is on.
@@ -188,7 +248,7 @@ def _preview(dr: Any, mi: Any, said: dict[str, Any], colour: Any, V: Any, L: Any
     return value
 
 
-def _lobe(dr: Any, mi: Any, look: dict[str, Any], V: Any, L: Any) -> Any:
+def _lobe(dr: Any, mi: Any, look: MitsubaLook, V: Any, L: Any) -> Any:
     """max(R.V, 0)^n or max(N.H, 0)^n for directions in the shading frame.
 
     The cosine c enters as 1 - c^2 or 1 - c, computed from the difference of vectors: with c itself, in float32, an

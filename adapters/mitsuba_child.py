@@ -10,10 +10,17 @@ import itertools
 import json
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    import mitsuba
+
+    from notabug.adapters.job_types import Arrays, MitsubaJob, MitsubaLook, MitsubaShape, MitsubaTexture, PlugIn
 
 _LANES = 1 << 25  # samples drawn at once: the LLVM back end keeps every one of them in memory
 ON_A_LIGHT = 32  # places on a light with a size that each sample of a pixel looks at
@@ -39,7 +46,7 @@ def main(folder: Path) -> None:
         np.save(folder / f"seed{seed}.npy", _picture(mitsuba, job, scenes, seed))
 
 
-def _picture(mi: Any, job: dict[str, Any], scenes: list[Any], seed: int) -> npt.NDArray[np.float32]:
+def _picture(mi: ModuleType, job: MitsubaJob, scenes: list[mitsuba.Scene], seed: int) -> npt.NDArray[np.float32]:
     """The sum over the lights, (h, w, 3), each drawn alone.
 
     Together, Mitsuba would choose one light at random for each sample: noise that says nothing of any artifact, and at
@@ -54,21 +61,23 @@ def _picture(mi: Any, job: dict[str, Any], scenes: list[Any], seed: int) -> npt.
     return film.astype(np.float32)
 
 
-def _glowing(mi: Any, job: dict[str, Any], arrays: dict[str, Any]) -> Any:
+def _glowing(mi: ModuleType, job: MitsubaJob, arrays: Arrays) -> mitsuba.Scene:
     """The scene that shows what each surface emits, as its albedo."""
     from notabug.adapters.mitsuba_bsdf import emitting
 
     bsdfs = {}
     for name, look in job["looks"].items():
-        preview = look["preview"] or {"emission": [0.0, 0.0, 0.0], "emission_map": -1}
-        glow = _bitmap(mi, preview["emission_map"], job["textures"], arrays)
-        bsdfs[name] = emitting(mi, preview["emission"], glow)
+        preview = look["preview"]
+        glow = None if preview is None else _bitmap(mi, preview["emission_map"], job["textures"], arrays)
+        bsdfs[name] = emitting(mi, [0.0, 0.0, 0.0] if preview is None else preview["emission"], glow)
     return _scene(mi, {**job, "integrator": "albedo"}, arrays, bsdfs, {"type": "constant", "radiance": 0.0})
 
 
-def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str, Any], light: dict[str, Any]) -> Any:
+def _scene(
+    mi: ModuleType, job: MitsubaJob, arrays: Arrays, bsdfs: dict[str, mitsuba.BSDF], light: PlugIn
+) -> mitsuba.Scene:
     camera = job["camera"]
-    parts: dict[str, Any] = {
+    parts: PlugIn = {
         "type": "scene",
         "light": {**light, "to_world": mi.ScalarTransform4f(np.array(light["to_world"]))}
         if "to_world" in light
@@ -103,10 +112,11 @@ def _scene(mi: Any, job: dict[str, Any], arrays: dict[str, Any], bsdfs: dict[str
             }
         else:
             parts[f"object{number}"] = _mesh(mi, f"object{number}", each, arrays, bsdf)
-    return mi.load_dict(parts)
+    made: mitsuba.Scene = mi.load_dict(parts)
+    return made
 
 
-def _integrator(job: dict[str, Any]) -> dict[str, Any]:
+def _integrator(job: MitsubaJob) -> PlugIn:
     if job["integrator"] == "albedo":
         return {"type": "aov", "aovs": "shown:albedo"}
     hidden = {"hide_emitters": True} if job["hide_emitters"] else {}
@@ -115,37 +125,44 @@ def _integrator(job: dict[str, Any]) -> dict[str, Any]:
     return {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20, **hidden}
 
 
-def _bsdf(mi: Any, look: dict[str, Any], textures: dict[str, Any], arrays: dict[str, Any]) -> Any:
+def _bsdf(mi: ModuleType, look: MitsubaLook, textures: dict[str, MitsubaTexture], arrays: Arrays) -> mitsuba.BSDF:
     """Mitsuba's own plug-ins where they can say the material, else the scripted one."""
     bitmap = _bitmap(mi, look["texture"], textures, arrays)
     preview = look["preview"]
     if look["scripted"]:
         from notabug.adapters.mitsuba_bsdf import whitted
 
-        names = ("metallic", "roughness") if preview else ()
-        maps = {name: _bitmap(mi, preview[f"{name}_map"], textures, arrays) for name in names}
-        scripted = whitted(mi, look, bitmap, maps)
-        normals = _bitmap(mi, preview["normal_map"], textures, arrays) if preview else None
-        if normals is None:
-            return scripted
-        mapped = {"type": "normalmap", "normalmap": normals, "bsdf": scripted}
-        try:
-            return mi.load_dict({**mapped, "use_shadowing_function": False})
-        except RuntimeError:  # a version that has no such function
-            return mi.load_dict(mapped)
+        numbers = (
+            {} if preview is None else {"metallic": preview["metallic_map"], "roughness": preview["roughness_map"]}
+        )
+        maps = {name: _bitmap(mi, index, textures, arrays) for name, index in numbers.items()}
+        scripted: mitsuba.BSDF = whitted(mi, look, bitmap, maps)
+        normals = None if preview is None else _bitmap(mi, preview["normal_map"], textures, arrays)
+        return scripted if normals is None else _mapped(mi, normals, scripted)
     reflectance = bitmap or {"type": "rgb", "value": look["diffuse"]}
-    shown: dict[str, Any] = {"type": "diffuse", "reflectance": reflectance}
+    shown: PlugIn = {"type": "diffuse", "reflectance": reflectance}
     if preview:
         alpha = preview["roughness"] ** 2
         shown = {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": alpha}
         shown["specular_reflectance"] = reflectance
-    surface = {"type": "twosided", "bsdf": shown}
+    surface: PlugIn = {"type": "twosided", "bsdf": shown}
     if look["opacity"] < 1.0:
         surface = {"type": "mask", "opacity": look["opacity"], "nested": surface}
-    return mi.load_dict(surface)
+    made: mitsuba.BSDF = mi.load_dict(surface)
+    return made
 
 
-def _bitmap(mi: Any, index: int, textures: dict[str, Any], arrays: dict[str, Any]) -> dict[str, Any] | None:
+def _mapped(mi: ModuleType, normals: PlugIn, surface: mitsuba.BSDF) -> mitsuba.BSDF:
+    """``surface`` with the normal map, without Mitsuba's function against the hard terminators of bumps."""
+    told: PlugIn = {"type": "normalmap", "normalmap": normals, "bsdf": surface}
+    try:
+        made: mitsuba.BSDF = mi.load_dict({**told, "use_shadowing_function": False})
+    except RuntimeError:  # a version that has no such function
+        made = mi.load_dict(told)
+    return made
+
+
+def _bitmap(mi: ModuleType, index: int, textures: dict[str, MitsubaTexture], arrays: Arrays) -> PlugIn | None:
     """The texture ``index`` as a plug-in; None for -1."""
     if index < 0:
         return None
@@ -160,11 +177,11 @@ def _bitmap(mi: Any, index: int, textures: dict[str, Any], arrays: dict[str, Any
     }
 
 
-def _mesh(mi: Any, name: str, each: dict[str, Any], arrays: dict[str, Any], bsdf: Any) -> Any:
+def _mesh(mi: ModuleType, name: str, each: MitsubaShape, arrays: Arrays, bsdf: mitsuba.BSDF) -> mitsuba.Mesh:
     points = arrays[each["points"]]
     properties = mi.Properties()
     properties["bsdf"] = bsdf
-    mesh = mi.Mesh(
+    mesh: mitsuba.Mesh = mi.Mesh(
         name,
         len(points),
         len(points) // 3,

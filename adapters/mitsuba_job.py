@@ -35,25 +35,34 @@ import json
 import math
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Quality, UnsupportedError
+from notabug.adapters.job_types import (
+    Arrays,
+    MitsubaCamera,
+    MitsubaJob,
+    MitsubaLook,
+    MitsubaPreview,
+    MitsubaShape,
+    MitsubaTexture,
+    PlugIn,
+)
 from notabug.adapters.mitsuba_lights import check_lights, with_size
 from notabug.adapters.spheres import centre_and_radius
 from notabug.adapters.textures import Grown, check_alone, grow, shown_uv
 from notabug.scenes_usd.scene import Camera, Light, Material, Preview, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
 
-Arrays = dict[str, npt.NDArray[Any]]
 DEFAULT_SAMPLES = 16
 BOUNCES = 8  # a path of depth d meets d - 1 surfaces
 _SIMILAR = 1e-6  # relative deviation from a similarity, or from square pixels, that float32 cannot show
 
 
-def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str, Any], Arrays]:
+def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[MitsubaJob, Arrays]:
     """The job's JSON document and its arrays; ``quality.samples`` is already the adapter's own choice.
 
     ``mask`` says opacity with Mitsuba's own plug-in, under ``path``.
@@ -90,7 +99,7 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[dict[str
     }, arrays
 
 
-def write_job(document: dict[str, Any], arrays: Arrays, folder: Path, variant: str) -> Path:
+def write_job(document: MitsubaJob, arrays: Arrays, folder: Path, variant: str) -> Path:
     """The job in ``folder`` as ``mitsuba_child`` reads it, to be drawn by the Mitsuba ``variant``."""
     np.savez(folder / "arrays.npz", allow_pickle=False, **arrays)
     target = folder / "job.json"
@@ -124,12 +133,12 @@ def _check_opaque(material: Material, *, follows: bool, glows: bool) -> None:
         raise UnsupportedError("Mitsuba's normalmap lets no light through", where=material.path, expected="opacity 1")
 
 
-def _look(material: Material, follows: bool) -> dict[str, Any]:
+def _look(material: Material, follows: bool) -> MitsubaLook:
     """A material as the child gets it; ``scripted`` where it takes the BSDF of ``mitsuba_bsdf.py``."""
     preview = material.preview
     return {
         "scripted": follows or any(material.specular) or (preview is not None and not _is_metal(preview)),
-        "preview": None if preview is None else asdict(preview),
+        "preview": None if preview is None else cast(MitsubaPreview, asdict(preview)),
         "diffuse": list(material.diffuse),
         "texture": material.texture,
         "specular": list(material.specular),
@@ -149,7 +158,7 @@ def _is_metal(surface: Preview) -> bool:
     return constant and surface.metallic == 1.0 and not surface.specular_workflow and not surface.clearcoat
 
 
-def _camera(camera: Camera, aspect: float) -> dict[str, Any]:
+def _camera(camera: Camera, aspect: float) -> MitsubaCamera:
     if abs(camera.tan_y * aspect / camera.tan_x - 1.0) > _SIMILAR:
         raise UnsupportedError(
             "Mitsuba's pixels are square",
@@ -158,19 +167,19 @@ def _camera(camera: Camera, aspect: float) -> dict[str, Any]:
             got=f"{camera.tan_x / camera.tan_y:g}",
         )
     to_world = camera.to_world.T * np.array([-1.0, 1.0, -1.0, 1.0])
-    told: dict[str, Any] = {"near": camera.near, "far": camera.far}
     if camera.orthographic:  # it sees what lies between -1 and 1 across, about its axis
         beside = camera.shift_x * camera.tan_x * to_world[:, 0] * -1.0 + camera.shift_y * camera.tan_y * to_world[:, 1]
         to_world[:3, 3] += beside[:3]
         to_world[:3, :2] *= camera.tan_x
-        return {**told, "lens": {"type": "orthographic"}, "to_world": to_world.tolist()}
-    lens = {"type": "perspective", "fov": math.degrees(2.0 * math.atan(camera.tan_x)), "fov_axis": "x"}
+        orthographic: PlugIn = {"type": "orthographic"}
+        return {"near": camera.near, "far": camera.far, "lens": orthographic, "to_world": to_world.tolist()}
+    lens: PlugIn = {"type": "perspective", "fov": math.degrees(2.0 * math.atan(camera.tan_x)), "fov_axis": "x"}
     if camera.shift_x or camera.shift_y:  # added to the place on the film, in parts of it, right and down
         lens |= {"principal_point_offset_x": camera.shift_x / 2.0, "principal_point_offset_y": -camera.shift_y / 2.0}
-    return {**told, "lens": lens, "to_world": to_world.tolist()}
+    return {"near": camera.near, "far": camera.far, "lens": lens, "to_world": to_world.tolist()}
 
 
-def _light(light: Light, scene: Scene) -> dict[str, Any]:
+def _light(light: Light, scene: Scene) -> dict[str, object]:
     power = {"type": "rgb", "value": list(light.intensity)}
     if light.emitter is not None:
         return with_size(light, scene)
@@ -189,8 +198,8 @@ def _wrapping(scene: Scene, index: int) -> tuple[str, Grown | None]:
     return "repeat", grow(texture, uv)
 
 
-def _textures(scene: Scene, arrays: Arrays) -> dict[str, dict[str, Any]]:
-    found = {}
+def _textures(scene: Scene, arrays: Arrays) -> dict[str, MitsubaTexture]:
+    found: dict[str, MitsubaTexture] = {}
     normals = {each.preview.normal_map for each in scene.materials if each.preview is not None}
     for index in sorted(set().union(*(scene.materials[each.material].textures for each in scene.objects))):
         wrap, grown = _wrapping(scene, index)
@@ -200,14 +209,13 @@ def _textures(scene: Scene, arrays: Arrays) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _object(scene: Scene, index: int, arrays: Arrays) -> dict[str, Any]:
+def _object(scene: Scene, index: int, arrays: Arrays) -> MitsubaShape:
     each = scene.objects[index]
     material = scene.materials[each.material]
     look = str(each.material)
     if isinstance(each, Sphere):
         centre, radius = centre_and_radius(each)
         return {"kind": "sphere", "look": look, "centre": centre, "radius": radius}
-    said: dict[str, Any] = {"kind": "mesh", "look": look}
     corner = triangulate(each, "02").corner.ravel()
     parts: Arrays = {"points": each.points[each.corners[corner]]}
     if each.normals is not None:
@@ -218,10 +226,8 @@ def _object(scene: Scene, index: int, arrays: Arrays) -> dict[str, Any]:
         if material.preview is not None and material.preview.normal_map >= 0:
             _check_unmirrored(uv, each.path)
         parts["uv"] = np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
-    for part, array in parts.items():
-        said[part] = f"{part}{index}"
-        arrays[said[part]] = np.ascontiguousarray(array, np.float32)
-    return said
+    arrays |= {f"{part}{index}": np.ascontiguousarray(array, np.float32) for part, array in parts.items()}
+    return cast(MitsubaShape, {"kind": "mesh", "look": look, **{part: f"{part}{index}" for part in parts}})
 
 
 def _check_unmirrored(uv: npt.NDArray[np.float64], path: str) -> None:

@@ -13,12 +13,17 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.opengl_shaders import FRAGMENT, LIGHT, VERTEX
+
+if TYPE_CHECKING:
+    import moderngl
+
+    from notabug.adapters.job_types import Arrays, GlJob
 
 _DEVICES = 4  # EGL devices to be tried: a graphics card may be there and not for us
 _TILE = 2048  # samples along an edge of what is drawn at once
@@ -60,20 +65,20 @@ def main(folder: Path) -> None:
         np.save(folder / "depth.npy", depth)
 
 
-def create_context() -> Any:
+def _egl(device: int) -> dict[str, Any]:
+    """What moderngl is told of the ``device``; its own stub does not know all of it."""
+    return {"backend": "egl", "libgl": "libGL.so.1", "libegl": "libEGL.so.1", "device_index": device}
+
+
+def create_context() -> moderngl.Context:
     """A context of the first EGL device that gives one."""
     import moderngl
 
     why = []
     for device in range(_DEVICES):
-        settings: dict[str, Any] = {
-            "backend": "egl",
-            "libgl": "libGL.so.1",
-            "libegl": "libEGL.so.1",
-            "device_index": device,
-        }
         try:
-            return moderngl.create_context(standalone=True, **settings)
+            made: moderngl.Context = moderngl.create_context(standalone=True, **_egl(device))
+            return made
         except Exception as error:  # moderngl raises nothing more precise
             why.append(f"EGL device {device}: {error}")
     sys.exit("\n".join(why))
@@ -84,7 +89,7 @@ def probe() -> None:
     print(json.dumps({"renderer": context.info["GL_RENDERER"], "version": context.info["GL_VERSION"]}))
 
 
-def _function(name: str, *arguments: Any) -> Callable[..., Any]:
+def _function(name: str, *arguments: type) -> Callable[..., object]:
     """An OpenGL function that moderngl does not wrap."""
     find = ctypes.CDLL("libEGL.so.1").eglGetProcAddress
     find.restype, find.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
@@ -97,7 +102,7 @@ def _function(name: str, *arguments: Any) -> Callable[..., Any]:
 class _Drawing:
     """A scene on the graphics side, drawn tile by tile."""
 
-    def __init__(self, context: Any, job: dict[str, Any], arrays: dict[str, npt.NDArray[Any]]) -> None:
+    def __init__(self, context: moderngl.Context, job: GlJob, arrays: Arrays) -> None:
         self.context, self.job = context, job
         self.peel: bool = job["transparent"]
         head = f"#version 330\n#define LIGHTS {max(1, len(job['lights']))}\n#define PEEL {int(self.peel)}\n{LIGHT}"
@@ -107,9 +112,9 @@ class _Drawing:
         self._set("eye", np.array(job["eye"], np.float32).tobytes())
         lights = job["lights"] or [{"distant": True, "place": [0, 0, 1], "power": [0, 0, 0]}]
         self._set("lights", np.int32(len(lights)).tobytes())
-        self._set("distant", np.array([each["distant"] for each in lights], np.int32).tobytes())
-        self._set("place", np.array([each["place"] for each in lights], np.float32).tobytes())
-        self._set("power", np.array([each["power"] for each in lights], np.float32).tobytes())
+        self._set("distant", np.array([light["distant"] for light in lights], np.int32).tobytes())
+        self._set("place", np.array([light["place"] for light in lights], np.float32).tobytes())
+        self._set("power", np.array([light["power"] for light in lights], np.float32).tobytes())
         fixed = job["depth"].startswith("fixed")
         steps = 2.0 ** int(job["depth"][5:]) - 1.0 if fixed else -1.0 if job["depth"] == "reversed32" else 0.0
         self._set("steps", np.float32(steps).tobytes())
@@ -119,7 +124,7 @@ class _Drawing:
             number: context.texture(each.shape[1::-1], 3, np.ascontiguousarray(each).tobytes(), dtype="f4")
             for number, each in ((n, arrays[t["pixels"]]) for n, t in job["textures"].items())
         }
-        self.targets: dict[tuple[int, int], list[Any]] = {}
+        self.targets: dict[tuple[int, int], list[moderngl.Framebuffer]] = {}
         self.shapes = []
         for each in job["objects"]:
             vertices = context.buffer(arrays[each["vertices"]].tobytes())
@@ -134,7 +139,8 @@ class _Drawing:
     def _set(self, name: str, value: bytes) -> None:
         """Set a uniform, where the compiler left it in."""
         if name in self.program:
-            self.program[name].write(value)
+            uniform: Any = self.program[name]
+            uniform.write(value)
 
     def tile(self, x: int, y: int, width: int, height: int) -> tuple[Pixels, npt.NDArray[np.float64]]:
         """Samples (h, w, 3) and depths (h, w) of the tile whose lower left corner is (x, y), top row first."""
@@ -158,7 +164,7 @@ class _Drawing:
         assert depth is not None
         return total[::-1].astype(np.float32), depth[::-1]
 
-    def _target(self, width: int, height: int) -> Any:
+    def _target(self, width: int, height: int) -> moderngl.Framebuffer:
         size = (width, height)
         colours = [self.context.texture(size, 4, dtype="f4") for _ in range(2 if self.peel else 1)]
         depth = self.context.depth_renderbuffer(size)
@@ -175,7 +181,9 @@ class _Drawing:
             sys.exit(f"no framebuffer with a depth buffer of the format {self.job['depth']}: status {state:#x}")
         return target
 
-    def _draw(self, target: Any, before: Any, whole: tuple[int, int, int, int]) -> None:
+    def _draw(
+        self, target: moderngl.Framebuffer, before: moderngl.Framebuffer | None, whole: tuple[int, int, int, int]
+    ) -> None:
         import moderngl
 
         reverse = self.job["depth"] == "reversed32"
@@ -185,7 +193,8 @@ class _Drawing:
         target.clear(0.0, 0.0, 0.0, 0.0, depth=0.0 if reverse else 1.0)
         target.viewport = whole
         if before is not None:
-            before.color_attachments[1].use(1)
+            layer: Any = before.color_attachments[1]
+            layer.use(1)
         self._set("first_layer", np.int32(before is None).tobytes())
         first = 0
         for each, shape in zip(self.job["objects"], self.shapes, strict=True):
@@ -194,15 +203,20 @@ class _Drawing:
             if texture is not None:
                 self._set("clamped", np.array(texture["clamped"], np.int32).tobytes())
                 self.textures[str(each["texture"])].use(0)
-            for name in ("diffuse", "specular", "exponent", "opacity"):
-                self._set(name, np.array(each[name], np.float32).tobytes())
+            for name, number in (
+                ("diffuse", each["diffuse"]),
+                ("specular", each["specular"]),
+                ("exponent", each["exponent"]),
+                ("opacity", each["opacity"]),
+            ):
+                self._set(name, np.array(number, np.float32).tobytes())
             self._set("gouraud", np.int32(each["gouraud"]).tobytes())
             self._set("lobe", np.int32(each["lobe"]).tobytes())
             self._set("first_triangle", np.int32(first).tobytes())
             shape.render(moderngl.TRIANGLES)
             first += shape.vertices // 3
 
-    def _depth(self, target: Any, width: int, height: int) -> npt.NDArray[np.float64]:
+    def _depth(self, target: moderngl.Framebuffer, width: int, height: int) -> npt.NDArray[np.float64]:
         """The depth buffer, bottom row first, in [0, 1]."""
         target.use()
         fixed = self.job["depth"].startswith("fixed")

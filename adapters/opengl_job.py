@@ -7,27 +7,25 @@ and Desbrun 2012: multiplied together they cost precision), one vertex per trian
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from notabug.adapters.job_types import Arrays, GlJob, GlLight, GlShape, GlTexture
 from notabug.scenes_usd.scene import Camera, Light, Mesh, Scene
 from notabug.scenes_usd.triangulate import triangulate
 
-Arrays = dict[str, npt.NDArray[Any]]
 DepthFormat = Literal["fixed16", "fixed24", "float32", "reversed32"]
 Interpolation = Literal["phong", "gouraud", "flat"]
 
 
-def job(
-    scene: Scene, depth: DepthFormat, grid: int, interpolation: Interpolation = "phong"
-) -> tuple[dict[str, Any], Arrays]:
+def job(scene: Scene, depth: DepthFormat, grid: int, interpolation: Interpolation = "phong") -> tuple[GlJob, Arrays]:
     """The job's JSON document and its arrays; ``grid`` x ``grid`` samples are drawn for each pixel."""
     if interpolation == "flat":
         scene = replace(scene, objects=tuple(replace(each, normals=None) for each in scene.meshes))
     arrays: Arrays = {}
-    used = {each.material for each in scene.objects}
+    used = {shape.material for shape in scene.objects}
     return {
         "width": scene.width,
         "height": scene.height,
@@ -37,11 +35,11 @@ def job(
         "view": np.linalg.inv(scene.camera.to_world).tolist(),
         "projection": projection(scene.camera, reverse=depth == "reversed32").tolist(),
         "transparent": any(scene.materials[each].opacity < 1.0 for each in used),
-        "lights": [_light(each) for each in scene.lights],
+        "lights": [_light(light) for light in scene.lights],
         "textures": _textures(scene, arrays),
         "objects": [
-            _object(scene, index, each, arrays) | {"gouraud": interpolation == "gouraud" and each.normals is not None}
-            for index, each in enumerate(scene.meshes)
+            _object(scene, index, mesh, arrays, gouraud=interpolation == "gouraud" and mesh.normals is not None)
+            for index, mesh in enumerate(scene.meshes)
         ],
     }, arrays
 
@@ -59,14 +57,14 @@ def projection(camera: Camera, *, reverse: bool) -> npt.NDArray[np.float64]:
     return matrix
 
 
-def _light(light: Light) -> dict[str, Any]:
+def _light(light: Light) -> GlLight:
     place = light.position if light.kind == "point" else tuple(-x for x in light.direction)
     return {"distant": light.kind == "distant", "place": list(place), "power": list(light.intensity)}
 
 
-def _textures(scene: Scene, arrays: Arrays) -> dict[str, dict[str, Any]]:
-    found = {}
-    for index in sorted({scene.materials[each.material].texture for each in scene.objects} - {-1}):
+def _textures(scene: Scene, arrays: Arrays) -> dict[str, GlTexture]:
+    found: dict[str, GlTexture] = {}
+    for index in sorted({scene.materials[shape.material].texture for shape in scene.objects} - {-1}):
         texture = scene.textures[index]
         arrays[f"texture{index}"] = texture.pixels.astype(np.float32)
         clamped = [texture.wrap_s == "clamp", texture.wrap_t == "clamp"]
@@ -74,7 +72,7 @@ def _textures(scene: Scene, arrays: Arrays) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _object(scene: Scene, index: int, mesh: Mesh, arrays: Arrays) -> dict[str, Any]:
+def _object(scene: Scene, index: int, mesh: Mesh, arrays: Arrays, *, gouraud: bool) -> GlShape:
     """Vertices (3 t, 8) of the mesh's triangles: position, normal, uv; a mesh without normals gets its facets'."""
     cut = triangulate(mesh, "02")
     corner = cut.corner.ravel()
@@ -93,6 +91,7 @@ def _object(scene: Scene, index: int, mesh: Mesh, arrays: Arrays) -> dict[str, A
         lobe = (1 if material.lobe == "phong" else 2) + 2 * material.cosine_weighted
     return {
         "vertices": name,
+        "gouraud": gouraud,
         "diffuse": list(material.diffuse),
         "texture": material.texture,
         "specular": list(material.specular),

@@ -12,9 +12,17 @@ import math
 import os
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    import numpy.typing as npt
+    from panda3d.core import NodePath, Texture
+
+    from notabug.adapters.job_types import Arrays, CameraSaid, Job, LightSaid, ShapeSaid, TextureSaid
 
 _SETTINGS = """
 load-display p3headlessgl
@@ -45,7 +53,7 @@ def main(folder: Path) -> None:
     np.save(folder / "picture.npy", pixels.astype(np.float32))
 
 
-def _picture(job: dict[str, Any], arrays: dict[str, Any], width: int, height: int) -> Any:
+def _picture(job: Job, arrays: Arrays, width: int, height: int) -> npt.NDArray[np.float32]:
     """The samples (h, w, 3), top row first, from a framebuffer in float32."""
     from panda3d import core
 
@@ -88,7 +96,7 @@ def _picture(job: dict[str, Any], arrays: dict[str, Any], width: int, height: in
     return pixels[::-1] / gain
 
 
-def _gain(job: dict[str, Any], arrays: dict[str, Any]) -> float:
+def _gain(job: Job, arrays: Arrays) -> float:
     """By what the lights are multiplied, so that no vertex may be brighter than ``_HEADROOM``; at most 1."""
     brightest = 0.0
     for shape in job["objects"]:
@@ -106,7 +114,7 @@ def _gain(job: dict[str, Any], arrays: dict[str, Any]) -> float:
     return min(1.0, _HEADROOM / brightest) if brightest > 0.0 else 1.0
 
 
-def _mesh(core: Any, job: dict[str, Any], shape: dict[str, Any], arrays: dict[str, Any], root: Any) -> None:
+def _mesh(core: ModuleType, job: Job, shape: ShapeSaid, arrays: Arrays, root: NodePath) -> None:
     """One vertex for each corner of the triangles; a mesh without normals gets those of its triangles."""
     corners = arrays[shape["triangles"]].ravel()
     points = arrays[shape["points"]][arrays[shape["corners"]][corners]]
@@ -143,7 +151,7 @@ def _mesh(core: Any, job: dict[str, Any], shape: dict[str, Any], arrays: dict[st
         place.setTexture(_texture(core, job["textures"][said["texture"]], arrays))
 
 
-def _texture(core: Any, said: dict[str, Any], arrays: dict[str, Any]) -> Any:
+def _texture(core: ModuleType, said: TextureSaid, arrays: Arrays) -> Texture:
     pixels = arrays[said["pixels"]]
     texture = core.Texture()
     texture.setup2dTexture(pixels.shape[1], pixels.shape[0], core.Texture.TFloat, core.Texture.FRgb32)
@@ -156,7 +164,7 @@ def _texture(core: Any, said: dict[str, Any], arrays: dict[str, Any]) -> Any:
     return texture
 
 
-def _light(core: Any, said: dict[str, Any], gain: float, root: Any) -> None:
+def _light(core: ModuleType, said: LightSaid, gain: float, root: NodePath) -> None:
     """Lambert's radiance in OpenGL is colour * light * N.L: the division by pi is the light's."""
     if said["kind"] == "point":
         light = core.PointLight("light")
@@ -171,10 +179,10 @@ def _light(core: Any, said: dict[str, Any], gain: float, root: Any) -> None:
     root.setLight(place)
 
 
-def _camera(core: Any, said: dict[str, Any], root: Any) -> Any:
+def _camera(core: ModuleType, said: CameraSaid, root: NodePath) -> NodePath:
     lens = core.PerspectiveLens()
     lens.setCoordinateSystem(core.CSYupRight)
-    lens.setFov(*(2.0 * math.degrees(math.atan(said[side])) for side in ("tan_x", "tan_y")))
+    lens.setFov(*(2.0 * math.degrees(math.atan(side)) for side in (said["tan_x"], said["tan_y"])))
     lens.setNearFar(said["near"], said["far"])
     camera = core.Camera("camera", lens)
     camera.setScene(root)

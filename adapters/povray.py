@@ -15,7 +15,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError
-from notabug.adapters.bracketing import bracketed, subsamples_along
+from notabug.adapters.bracketing import bracketed, bracketed_in_16_bits, subsamples_along
 from notabug.adapters.job_folder import job_folder, picture_path
 from notabug.adapters.povray_scene import (
     MAX_TRACE_LEVEL,
@@ -76,16 +76,8 @@ class PovRay:
     install: str = "apt install povray"
 
     def declaration(self, quality: Quality) -> Declaration:
-        point = subsamples_along(quality) == 1
-        return Declaration(
-            precision="float64",
-            hit_error=HIT_ERROR,
-            filter="point" if point else "box",
-            radius=0.0 if point else 0.5,
-            quantum=1.0 / 65535.0,
-            relative_quantum=False,
-            noisy=False,
-            samples=subsamples_along(quality) ** 2,
+        return replace(
+            bracketed_in_16_bits(quality, HIT_ERROR),
             ngon_split="02",
             silhouette="flip",
             behind_facet="lit",

@@ -35,7 +35,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -83,13 +82,13 @@ def scene_text(
         f"global_settings {{ assumed_gamma 1 ambient_light 0 max_trace_level {MAX_TRACE_LEVEL} adc_bailout 0 }}",
         "background { rgb 0 }",
         _camera(scene.camera),
-        *(_light(each, gain, lo, hi) for each in scene.lights),
+        *(_light(light, gain, lo, hi) for light in scene.lights),
     ]
-    for each in scene.objects:
-        material = scene.materials[each.material]
+    for shape in scene.objects:
+        material = scene.materials[shape.material]
         image = images.get(material.texture)
         look = _texture(material, image, channel) + ("" if shadows else " no_shadow")
-        parts.append(_sphere(each, look) if isinstance(each, Sphere) else _mesh(each, look, image))
+        parts.append(_sphere(shape, look) if isinstance(shape, Sphere) else _mesh(shape, look, image))
     return "\n".join(parts) + "\n"
 
 
@@ -114,12 +113,12 @@ def write_textures(images: Mapping[int, Image], folder: Path) -> None:
 def bounds(scene: Scene) -> tuple[Floats, Floats]:
     """The corners of the box round all objects, world space; the camera's place where there is no object."""
     corners = [scene.camera.to_world[3:, :3]]
-    for each in scene.objects:
-        if isinstance(each, Mesh):
-            corners.append(each.points)
+    for shape in scene.objects:
+        if isinstance(shape, Mesh):
+            corners.append(shape.points)
         else:
-            reach = each.radius * np.sqrt((each.to_world[:3, :3] ** 2).sum(axis=0))
-            corners.append(np.stack([each.to_world[3, :3] - reach, each.to_world[3, :3] + reach]))
+            reach = shape.radius * np.sqrt((shape.to_world[:3, :3] ** 2).sum(axis=0))
+            corners.append(np.stack([shape.to_world[3, :3] - reach, shape.to_world[3, :3] + reach]))
     every = np.concatenate(corners[1:] or corners)
     return every.min(axis=0), every.max(axis=0)
 
@@ -127,7 +126,7 @@ def bounds(scene: Scene) -> tuple[Floats, Floats]:
 def texture_images(scene: Scene) -> dict[int, Image]:
     """The textures that the scene's objects show, by index."""
     images = {}
-    for index in sorted({scene.materials[each.material].texture for each in scene.objects} - {-1}):
+    for index in sorted({scene.materials[shape.material].texture for shape in scene.objects} - {-1}):
         grown = grow(scene.textures[index], shown_uv(scene, index))
         scale = max(1.0, float(grown.pixels.max()))
         images[index] = Image(grown.pixels / scale, scale, grown.a, grown.b)
@@ -145,7 +144,7 @@ def _vector(value: Floats | tuple[float, ...]) -> str:
     return f"<{','.join(_number(float(each)) for each in value)}>"
 
 
-def _list(name: str, rows: npt.NDArray[Any]) -> str:
+def _list(name: str, rows: npt.NDArray[np.floating] | npt.NDArray[np.integer]) -> str:
     """``name { n, <..>,<..> }`` of the (n, k) array ``rows``, integer or float."""
     if not np.isfinite(rows).all():
         raise SceneError(f"numbers that are not finite among {name}", where="adapter 'povray'")
@@ -182,7 +181,7 @@ def _light(light: Light, gain: float, lo: Floats, hi: Floats) -> str:
 
 def needs_channels(scene: Scene) -> bool:
     """Whether ``scene`` holds what POV-Ray can only say of one colour channel at a time."""
-    return any(_is_split(scene.materials[index]) for index in {each.material for each in scene.objects})
+    return any(_is_split(scene.materials[index]) for index in {shape.material for shape in scene.objects})
 
 
 def _is_split(material: Material) -> bool:

@@ -46,10 +46,10 @@ class Tree:
         """Every live process of the job; takes some 3 ms, as the whole process table is read."""
         known = {self.root} | self.seen.keys()
         with contextlib.suppress(psutil.Error):
-            for each in psutil.Process().children(recursive=True):
-                if self._is_ours(each, known):
-                    known.add(each.pid)
-                    self.seen[each.pid] = each
+            for child in psutil.Process().children(recursive=True):
+                if self._is_ours(child, known):
+                    known.add(child.pid)
+                    self.seen[child.pid] = child
         return [each for each in self.seen.values() if _is_live(each)]
 
     def _is_ours(self, process: psutil.Process, known: set[int]) -> bool:
@@ -63,10 +63,10 @@ class Tree:
     def usage(self) -> tuple[int, float]:
         """Resident bytes and seconds of processor time of all live members, with the children they waited for."""
         memory, seconds = 0, 0.0
-        for each in self.members():
+        for member in self.members():
             with contextlib.suppress(psutil.Error):
-                memory += each.memory_info().rss
-                seconds += sum(each.cpu_times()[:4])  # user, system, and both of the children
+                memory += member.memory_info().rss
+                seconds += sum(member.cpu_times()[:4])  # user, system, and both of the children
         return memory, seconds
 
     def kill(self) -> None:
@@ -74,7 +74,7 @@ class Tree:
         if _childless():
             return
         for _ in range(_ROUNDS):
-            live = [each for each in self.members() if each.pid != self.root]
+            live = [member for member in self.members() if member.pid != self.root]
             if not live:
                 self._collect()
                 return
@@ -88,11 +88,11 @@ class Tree:
 
     def _collect(self) -> None:
         """Collect the dead that came here since nobody below waited for them: those seen, and those of its session."""
-        for each in psutil.Process().children():
+        for child in psutil.Process().children():
             with contextlib.suppress(psutil.Error, OSError):
-                dead = each.status() == psutil.STATUS_ZOMBIE and each.pid != self.root
-                if dead and (each.pid in self.seen or os.getsid(each.pid) == self.root):
-                    os.waitpid(each.pid, os.WNOHANG)
+                dead = child.status() == psutil.STATUS_ZOMBIE and child.pid != self.root
+                if dead and (child.pid in self.seen or os.getsid(child.pid) == self.root):
+                    os.waitpid(child.pid, os.WNOHANG)
 
 
 def _childless() -> bool:

@@ -11,9 +11,18 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    import numpy.typing as npt
+    import pygfx
+    import wgpu
+
+    from notabug.adapters.job_types import Arrays, CameraSaid, Job, LightSaid, MaterialSaid, ShapeSaid
 
 _FORMAT, _FEATURE = "rgba32float", "float32-blendable"
 _BYTES = 16  # of a pixel in that format
@@ -33,7 +42,7 @@ def main(folder: Path) -> None:
     np.save(folder / "picture.npy", pixels.astype(np.float32))
 
 
-def _adapter() -> Any:
+def _adapter() -> wgpu.GPUAdapter:
     """The first device that draws into float32; a graphics card comes before a processor."""
     import wgpu
 
@@ -43,7 +52,7 @@ def _adapter() -> Any:
     return min(able, key=lambda adapter: adapter.info["adapter_type"] == "CPU")
 
 
-def _picture(adapter: Any, job: dict[str, Any], arrays: dict[str, Any], width: int, height: int) -> Any:
+def _picture(adapter: wgpu.GPUAdapter, job: Job, arrays: Arrays, width: int, height: int) -> npt.NDArray[np.float32]:
     """The samples (h, w, 3), top row first."""
     import pygfx
     from pygfx.renderers.wgpu import enable_wgpu_features, get_shared, select_adapter
@@ -73,7 +82,7 @@ def _picture(adapter: Any, job: dict[str, Any], arrays: dict[str, Any], width: i
     return np.frombuffer(data, np.float32).reshape(height, width, 4)[..., :3]
 
 
-def _mesh(pygfx: Any, job: dict[str, Any], shape: dict[str, Any], arrays: dict[str, Any]) -> Any:
+def _mesh(pygfx: ModuleType, job: Job, shape: ShapeSaid, arrays: Arrays) -> pygfx.Mesh:
     """One vertex for each corner of the triangles, since normals and uv belong to corners. pygfx's v grows down."""
     corners = arrays[shape["triangles"]].ravel()
     uv = arrays[shape["uv"]][corners] if "uv" in shape else np.zeros((len(corners), 2))
@@ -90,7 +99,7 @@ def _mesh(pygfx: Any, job: dict[str, Any], shape: dict[str, Any], arrays: dict[s
     return pygfx.Mesh(geometry, _look(pygfx, job, job["materials"][shape["material"]], arrays, "normals" not in shape))
 
 
-def _look(pygfx: Any, job: dict[str, Any], said: dict[str, Any], arrays: dict[str, Any], flat: bool) -> Any:
+def _look(pygfx: ModuleType, job: Job, said: MaterialSaid, arrays: Arrays, flat: bool) -> pygfx.Material:
     """Highlights are as strong as a map says; the specular colour is white, for which Schlick's Fresnel term is 1."""
     look = pygfx.MeshPhongMaterial(
         color=pygfx.Color.from_physical(*said["diffuse"]) if said["texture"] < 0 else (1.0, 1.0, 1.0),
@@ -107,14 +116,16 @@ def _look(pygfx: Any, job: dict[str, Any], said: dict[str, Any], arrays: dict[st
     return look
 
 
-def _map(pygfx: Any, pixels: Any, wrap: tuple[str, str] = ("repeat", "repeat")) -> Any:
+def _map(
+    pygfx: ModuleType, pixels: npt.NDArray[np.floating], wrap: tuple[str, str] = ("repeat", "repeat")
+) -> pygfx.TextureMap:
     whole = np.ones((*pixels.shape[:2], 4), np.float32)
     whole[..., :3] = pixels
     texture = pygfx.Texture(whole, dim=2, colorspace="physical")
     return pygfx.TextureMap(texture, filter="linear", wrap_s=wrap[0], wrap_t=wrap[1])
 
 
-def _light(pygfx: Any, said: dict[str, Any], unit: float) -> Any:
+def _light(pygfx: ModuleType, said: LightSaid, unit: float) -> pygfx.Light:
     """A point's intensity is the light's, in a larger scene as much larger; a distant light's is its irradiance."""
     most = max(said["intensity"])
     colour = pygfx.Color.from_physical(*(part / most for part in said["intensity"]))
@@ -128,7 +139,7 @@ def _light(pygfx: Any, said: dict[str, Any], unit: float) -> Any:
     return light
 
 
-def _camera(pygfx: Any, said: dict[str, Any], unit: float) -> Any:
+def _camera(pygfx: ModuleType, said: CameraSaid, unit: float) -> pygfx.Camera:
     """pygfx's field of view is that of the mean of width and height, and half a degree at least; a zoom has no end."""
     camera = pygfx.PerspectiveCamera(
         90.0,

@@ -92,4 +92,4 @@ def filled(each: str, values: dict[str, str]) -> str:
 
 def names_hole(parts: Sequence[str], name: str) -> bool:
     """Whether one of ``parts`` has the placeholder ``name``."""
-    return any(match[1] == name for each in parts for match in _HOLE.finditer(each))
+    return any(match[1] == name for part in parts for match in _HOLE.finditer(part))

@@ -17,7 +17,7 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -32,7 +32,7 @@ from notabug.adapters.base import (
     RendererMissingError,
     UnsupportedError,
 )
-from notabug.adapters.bracketing import bracketed, subsamples_along
+from notabug.adapters.bracketing import bracketed, bracketed_in_16_bits, subsamples_along
 from notabug.adapters.job_folder import job_folder, picture_path
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.adapters.registry import register
@@ -75,16 +75,8 @@ class Tachyon:
     install: str = "apt install tachyon-bin-nox"
 
     def declaration(self, quality: Quality) -> Declaration:
-        point = subsamples_along(quality) == 1
-        return Declaration(
-            precision="float64",
-            hit_error=HIT_ERROR,
-            filter="point" if point else "box",
-            radius=0.0 if point else 0.5,
-            quantum=1.0 / 65535.0,
-            relative_quantum=False,
-            noisy=False,
-            samples=subsamples_along(quality) ** 2,
+        return replace(
+            bracketed_in_16_bits(quality, HIT_ERROR),
             ngon_split="02",
             silhouette="keep",
             behind_facet="lit",

@@ -25,7 +25,7 @@ class Grown:
 
 def shown_uv(scene: Scene, index: int) -> Floats:
     """Every uv (n, 2) at which the texture ``index`` is shown."""
-    shown = [each for each in scene.objects if index in scene.materials[each.material].textures]
+    shown = [shape for shape in scene.objects if index in scene.materials[shape.material].textures]
     meshes = [each.uv for each in shown if isinstance(each, Mesh) and each.uv is not None]
     if len(meshes) < len(shown):
         bare = next(each for each in shown if not isinstance(each, Mesh) or each.uv is None)

@@ -11,9 +11,17 @@ import math
 import os
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+    from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkRenderer
+    from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLTexture
+
+    from notabug.adapters.job_types import Arrays, Job, LightSaid, ShapeSaid, TextureSaid
 
 _DEPTHS = {"fixed16": "Fixed16", "fixed24": "Fixed24", "float32": "Float32"}
 _LARGEST = 16384  # samples along an edge of the picture: Mesa's largest framebuffer
@@ -31,7 +39,7 @@ def main(folder: Path) -> None:
     np.save(folder / "picture.npy", pixels.astype(np.float32))
 
 
-def _picture(job: dict[str, Any], arrays: dict[str, Any], width: int, height: int) -> Any:
+def _picture(job: Job, arrays: Arrays, width: int, height: int) -> npt.NDArray[np.float32]:
     """The samples (h, w, 3), top row first, from a framebuffer in float32."""
     from vtkmodules.vtkCommonCore import VTK_FLOAT
     from vtkmodules.vtkRenderingCore import vtkRenderWindow
@@ -57,7 +65,7 @@ def _picture(job: dict[str, Any], arrays: dict[str, Any], width: int, height: in
     return pixels.reshape(height, width, channels)[::-1, :, :3]
 
 
-def _scene(job: dict[str, Any], arrays: dict[str, Any]) -> Any:
+def _scene(job: Job, arrays: Arrays) -> vtkRenderer:
     """The renderer with objects, lights and camera."""
     from vtkmodules.vtkRenderingCore import vtkRenderer
 
@@ -81,7 +89,7 @@ def _scene(job: dict[str, Any], arrays: dict[str, Any]) -> Any:
     return renderer
 
 
-def _light(said: dict[str, Any]) -> Any:
+def _light(said: LightSaid) -> vtkLight:
     """Lambert's radiance in VTK is colour * light * N.L: the division by pi is the light's."""
     from vtkmodules.vtkRenderingCore import vtkLight
 
@@ -108,7 +116,7 @@ def _light(said: dict[str, Any]) -> Any:
     return light
 
 
-def _actor(job: dict[str, Any], shape: dict[str, Any], arrays: dict[str, Any]) -> Any:
+def _actor(job: Job, shape: ShapeSaid, arrays: Arrays) -> vtkActor:
     from vtkmodules.vtkRenderingCore import vtkActor
     from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLPolyDataMapper
 
@@ -135,7 +143,7 @@ def _actor(job: dict[str, Any], shape: dict[str, Any], arrays: dict[str, Any]) -
     return actor
 
 
-def _mesh(shape: dict[str, Any], arrays: dict[str, Any]) -> Any:
+def _mesh(shape: ShapeSaid, arrays: Arrays) -> vtkPolyData:
     """One point for each face corner, since normals and uv belong to them; n-gons are left to VTK."""
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
     from vtkmodules.vtkCommonCore import vtkPoints
@@ -149,15 +157,18 @@ def _mesh(shape: dict[str, Any], arrays: dict[str, Any]) -> Any:
     cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(every, deep=True))
     mesh.SetPoints(points)
     mesh.SetPolys(cells)
-    for part, put in (("normals", "SetNormals"), ("uv", "SetTCoords")):
-        if part in shape:
-            data = numpy_to_vtk(arrays[shape[part]].astype(np.float32), deep=True)
+    for part, name, put in (
+        ("normals", shape.get("normals"), "SetNormals"),
+        ("uv", shape.get("uv"), "SetTCoords"),
+    ):
+        if name is not None:
+            data = numpy_to_vtk(arrays[name].astype(np.float32), deep=True)
             data.SetName(part)
             getattr(mesh.GetPointData(), put)(data)
     return mesh
 
 
-def _texture(said: dict[str, Any], arrays: dict[str, Any]) -> Any:
+def _texture(said: TextureSaid, arrays: Arrays) -> vtkOpenGLTexture:
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonDataModel import vtkImageData
     from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLTexture

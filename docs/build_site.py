@@ -28,6 +28,7 @@ NAVIGATION: list[object] = [
         "How it decides": [
             "judge.md",
             "judge-numbers.md",
+            "judge-sensitivity.md",
             "bench.md",
             "design.md",
             "reliability.md",

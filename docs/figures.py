@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import OpenImageIO
 
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.reader import read_scene
 
 SIDE, GAP, COLUMNS = 256, 6, 4

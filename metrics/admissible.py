@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.channels import largest, pixels, put
-from notabug.metrics.neighbours import Bools, extreme, laplacian, weighed, widened
+from notabug.metrics.image_checks import finite
+from notabug.metrics.image_filters import Bools, extreme, laplacian, weighed, widened
 from notabug.metrics.noise import Measured
-from notabug.metrics.valid import finite
 from notabug.references.tracer.envelope import Envelope, changes
 from notabug.references.tracer.precision import ABSOLUTE, RANDOM_EDGE, RELATIVE
 

@@ -20,13 +20,14 @@ from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.causes import encoded, find_scale, find_shifts, zoomed
-from notabug.metrics.valid import invalid
+from notabug.metrics.image_checks import invalid
 from notabug.references.models.camera import half_if_near
 from notabug.references.tracer.envelope import Envelope
+from notabug.references.tracer.precision import RELATIVE
 
 Floats = npt.NDArray[np.floating]
 
-GAIN, GAMMA, SHIFT, SCALE = 0.004, 0.01, 0.1, 0.003  # beyond these a reading is a fault, not rounding
+GAIN, GAMMA, SHIFT, SCALE = RELATIVE, 0.01, 0.1, 0.003  # beyond these a reading is a fault, not rounding
 LIKE = 0.8  # correlation below which a picture is not one of the card at all
 FITS = 0.008  # of white: the error that the readings may leave, or they do not describe the picture
 TONES = 32  # steps of equal ratio that the values of the card are sorted into
@@ -81,7 +82,7 @@ def read_card(
         return _blank(mean, value, repeats)
     likeness, orientation, channels = _orientation(mean, value)
     down, across = _TURNS[orientation]
-    upright = mean[::down, ::across][..., ["rgb".index(each) for each in channels]]
+    upright = mean[::down, ::across][..., ["rgb".index(channel) for channel in channels]]
     if likeness < LIKE:
         return _unlike(mean, value, repeats)
     shift, scale, moved = _place(upright, value)
@@ -169,7 +170,7 @@ def _orientation(mean: Floats, value: Floats) -> tuple[float, str, str]:
     """The largest correlation, at any magnification, and the turn and the order of channels that give it."""
     small = ndimage.uniform_filter(value, (4, 4, 1))[2::4, 2::4]
     sizes = [small] + [zoomed(small, each) for each in np.geomspace(0.6, 1.7, 23)]
-    targets = np.stack([_normal(each) for each in sizes])
+    targets = np.stack([_normal(size) for size in sizes])
     best = (-2.0, "", "rgb")
     for name, (down, across) in _TURNS.items():
         turned = ndimage.uniform_filter(mean[::down, ::across], (4, 4, 1))[2::4, 2::4]
@@ -246,7 +247,7 @@ def _smooth(value: Floats) -> npt.NDArray[np.bool_]:
 def _width(mean: Floats, value: Floats) -> float:
     """The standard deviation of the filter: of the Gaussian that, over the box that ``value`` has, fits ``mean``."""
     widths = np.linspace(0.0, 2.4, 25)
-    misfits = [_misfit(mean, ndimage.gaussian_filter(value, (each, each, 0))) for each in widths]
+    misfits = [_misfit(mean, ndimage.gaussian_filter(value, (width, width, 0))) for width in widths]
     best = int(np.argmin(misfits))
     if best == len(widths) - 1 or misfits[best] > BLURRED * misfits[0]:  # dots are no blur, though a blur hides them
         return BOX

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible
-from notabug.metrics.neighbours import Bools
+from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
 from notabug.references.models.camera import shift_message
 from notabug.scenes_usd.srgb import decode_srgb, encode_srgb
@@ -184,7 +184,7 @@ def find_shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
     for upsample in (1, 20):
         move, _, _ = phase_cross_correlation(b, a, upsample_factor=upsample, normalization=None)
         starts.append((float(move[1]), float(move[0])))
-    refined = [refined_shift(mean, value, each) for each in dict.fromkeys(starts)]
+    refined = [refined_shift(mean, value, start) for start in dict.fromkeys(starts)]
     ranked: list[tuple[float, tuple[float, float]]] = []
     for found in (*refined, *starts):
         new = all(max(abs(found[0] - x), abs(found[1] - y)) > SAME_SHIFT for _, (x, y) in ranked)

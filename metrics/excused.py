@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.channels import spread
-from notabug.metrics.neighbours import Bools, extreme, widened
+from notabug.metrics.image_filters import Bools, extreme, widened
 
 Floats = npt.NDArray[np.floating]
 

@@ -6,22 +6,20 @@ their support, the segment from there to their own picture: V = B - R, alpha = c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import combinations
 from operator import itemgetter
 from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
 
-from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.channels import pixels, put
-from notabug.metrics.neighbours import Bools
+from notabug.metrics.global_fit import GlobalFit, global_fit
+from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
-from notabug.metrics.nuisance import Nuisance, nuisance
 from notabug.metrics.quick import Predict, Preview, choices, nearer, nears, surely_helps
 from notabug.metrics.reach import Reach, reach
 from notabug.metrics.rules import (
@@ -38,6 +36,7 @@ from notabug.metrics.rules import (
     support,
     widespread,
 )
+from notabug.metrics.sets import candidates, habits
 from notabug.metrics.significance import Significance, significance
 from notabug.references.models.model import Model, excluded_by
 
@@ -72,17 +71,17 @@ class Explanation:
     alphas: dict[str, Floats]
     freedom: float
     significance: Significance
-    nuisance: Nuisance  # fitted only where nothing else is wrong
+    global_fit: GlobalFit  # fitted only where nothing else is wrong
     before: Floats  # (h, w) z of the picture against the reference alone
 
     @property
     def triggers(self) -> tuple[str, ...]:
-        return self.significance.triggers + self.nuisance.triggers
+        return self.significance.triggers + self.global_fit.triggers
 
     @property
     def severity(self) -> float:
         """How near the picture is to being called a bug: from 1 on it is one. It only ranks pictures."""
-        return max(self.significance.severity, *self.nuisance.severity)
+        return max(self.significance.severity, *self.global_fit.severity)
 
 
 def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: tuple[Model, ...] = ()) -> Explanation:
@@ -128,45 +127,8 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
     found = significance(r, measured, target)
     wrong = np.flatnonzero(found.pixels)
     nearest = put(measured.mean, wrong, pixels(measured.mean, wrong) - pixels(r, wrong))
-    global_fit = Nuisance() if found.triggers else nuisance(measured, target, excluded)
-    return Explanation(models, target, nearest, alphas, freedom, found, global_fit, found.z)
-
-
-def habits(models: Sequence[Model]) -> tuple[Model, ...]:
-    """Those of ``models`` that are choices whose feature has one value: a renderer has all of them at once."""
-    features = [each.when[0] for each in models if each.when]
-    return tuple(each for each in choices(models) if each.when and features.count(each.when[0]) == 1)
-
-
-def candidates(
-    models: Sequence[Model], together: tuple[Model, ...] = (), sizes: Sequence[int] = range(LARGEST_SET + 1)
-) -> Iterator[tuple[Model, ...]]:
-    """Sets of ``models``, small ones first; two values of one feature (a quad's diagonals) exclude each other.
-
-    The models ``together`` count as one, which beside others is the likeliest.
-    """
-    single: list[tuple[Model, ...]] = [(each,) for each in models]
-    block = [together] if len(together) > 1 else []
-    for size in (each for each in sizes if each <= len(models)):
-        for some in combinations(single + block if size < 2 else block + single, size):
-            chosen = tuple(each for unit in some for each in unit)
-            features = [each.when[0] for each in chosen if each.when]
-            if len(set(features)) == len(features):
-                yield chosen
-
-
-def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, ...]:
-    """The limitations and conventions that ``declaration`` leaves open; ``unknown`` features leave all open.
-
-    What a declaration makes the same, an epsilon that two of them suppose otherwise, is tried once.
-    """
-    found: dict[object, Model] = {}
-    for each in models:
-        if each.kind != "fault" and each.open_to(declaration):
-            model = each.under(declaration)
-            switches = repr((model.options, model.others))
-            found.setdefault((model.name, model.edit, model.edits, model.when, model.also, switches), model)
-    return tuple(found.values())
+    whole = GlobalFit() if found.triggers else global_fit(measured, target, excluded)
+    return Explanation(models, target, nearest, alphas, freedom, found, whole, found.z)
 
 
 def explain(
@@ -211,7 +173,7 @@ def explain(
             if near is not None and near.beyond_all():
                 return replace(_nearest(measured, best, useful, predict, preview, left), before=bare.significance.z)
         grown_from = [pair for _, pair in sorted(pairs, key=itemgetter(0))[:PAIRS]]
-        for chosen in candidates(_leading(useful, left, VALUES.get(size, len(useful))), together, (size,)):
+        for chosen in candidates(_leading(useful, left, VALUES.get(size, len(useful))), together, size):
             if enough and len(chosen) > 1:
                 break
             if size > 2 and preview is not None and not _grows((*grown_from, frozenset(best.models)), chosen):

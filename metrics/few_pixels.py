@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import total
-from notabug.metrics.neighbours import Bools
+from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
 
 Floats = npt.NDArray[np.floating]

@@ -21,9 +21,9 @@ from notabug.metrics.admissible import LSB, MISSED, Admissible, residual
 from notabug.metrics.channels import largest, pixels, spread
 from notabug.metrics.excused import excused
 from notabug.metrics.explain import Explanation
-from notabug.metrics.neighbours import widened
+from notabug.metrics.global_fit import some
+from notabug.metrics.image_filters import widened
 from notabug.metrics.noise import TILE, Measured, tiles
-from notabug.metrics.nuisance import some
 from notabug.metrics.quick import Predict
 from notabug.metrics.rules import support
 from notabug.references.models.model import Model

@@ -14,17 +14,18 @@ from notabug.metrics import perceive as eye
 from notabug.metrics.admissible import Admissible, admissible, reckonable, suspected
 from notabug.metrics.causes import gain_message
 from notabug.metrics.channels import pixels, put
-from notabug.metrics.explain import Explanation, admitted, beside_faults, explain, few_wrong
+from notabug.metrics.explain import Explanation, beside_faults, explain, few_wrong
+from notabug.metrics.global_fit import untold_gain
 from notabug.metrics.hesitation import hesitation
+from notabug.metrics.image_checks import LARGEST, box, finite, invalid
+from notabug.metrics.image_filters import Bools, widened
 from notabug.metrics.leeway import leeway
 from notabug.metrics.names import UNNAMED, Name
 from notabug.metrics.naming import Others, name_bug, possible
-from notabug.metrics.neighbours import Bools, widened
 from notabug.metrics.noise import Measured, in_tiles, measure
-from notabug.metrics.nuisance import untold_gain
 from notabug.metrics.predictions import Predictions
 from notabug.metrics.second_look import doubtful, shared_out
-from notabug.metrics.valid import LARGEST, box, finite, invalid
+from notabug.metrics.sets import admitted
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.camera import shift_message
 from notabug.references.models.model import Model, models
@@ -96,7 +97,7 @@ def judge(
     word: Word
     name: Name | None = None
     undecided = hesitation(measured, found, predicted, open_to, scene, declaration, len(pictures))
-    undecided = undecided or ("" if found.triggers else untold_gain(found.nuisance))
+    undecided = undecided or ("" if found.triggers else untold_gain(found.global_fit))
     if undecided:
         word, message = "inconclusive", undecided
         findings = () if found.triggers else _limitations(found, declaration)  # seen through the noise
@@ -114,8 +115,8 @@ def judge(
         word, findings, message = "bug", (bug, *_limitations(name.fitted or found, declaration)), bug.message
     else:
         findings = _limitations(found, declaration)
-        word = "limitation" if any(each.kind == "limitation" for each in findings) else "pass"
-        message = "; ".join(each.message for each in findings)
+        word = "limitation" if any(finding.kind == "limitation" for finding in findings) else "pass"
+        message = "; ".join(finding.message for finding in findings)
     judgement = Judgement(
         Verdict(
             word,
@@ -157,12 +158,12 @@ def _global_name(found: Explanation) -> Name | None:
     """The name of a bug that is only a gain or a shift of the whole picture, fitted already."""
     if found.significance.triggers:
         return None
-    if found.nuisance.gained:
-        return Name("light_gain", gain_message(found.nuisance.gain), 0.0)
-    if found.nuisance.warped and not found.nuisance.shifted:
-        moved = f"edges move by up to {found.nuisance.warp:.2f} pixels against the middle"
+    if found.global_fit.gained:
+        return Name("light_gain", gain_message(found.global_fit.gain), 0.0)
+    if found.global_fit.warped and not found.global_fit.shifted:
+        moved = f"edges move by up to {found.global_fit.warp:.2f} pixels against the middle"
         return Name("field_of_view", f"{moved}: the field of view, the aspect or the roll is wrong", 0.0)
-    x, y = found.nuisance.shift
+    x, y = found.global_fit.shift
     return Name("pixel_shift", shift_message(x, y), 0.0)
 
 
@@ -177,14 +178,14 @@ def _bug(name: Name, found: Explanation) -> Finding:
 
 def _limitations(found: Explanation, declaration: Declaration) -> tuple[Finding, ...]:
     made = []
-    for each in found.models:
-        alpha = found.alphas[each.name]
+    for model in found.models:
+        alpha = found.alphas[model.name]
         mask = alpha > 0
         if mask.any():
-            kind: Literal["limitation", "convention"] = "convention" if each.kind == "convention" else "limitation"
+            kind: Literal["limitation", "convention"] = "convention" if model.kind == "convention" else "limitation"
             area, strength = float(alpha.sum()), float(found.before[mask].max())
-            message = each.claim + undeclared(each, declaration)
-            made.append(Finding(kind, each.name, area, box(mask), z=strength, message=message, regions=regions(mask)))
+            message = model.claim + undeclared(model, declaration)
+            made.append(Finding(kind, model.name, area, box(mask), z=strength, message=message, regions=regions(mask)))
     return tuple(made)
 
 
@@ -216,10 +217,10 @@ def _numbers(measured: Measured, found: Explanation, reference: Admissible) -> d
         "rmse": float(np.sqrt(square.mean())),
         "rel_mse": float((square / (value**2 + 1e-2)).mean()),
         "max": float(np.sqrt(square.max())),
-        "gain": found.nuisance.gain,
-        "shift_x": found.nuisance.shift[0],
-        "shift_y": found.nuisance.shift[1],
-        "warp": found.nuisance.warp,
+        "gain": found.global_fit.gain,
+        "shift_x": found.global_fit.shift[0],
+        "shift_y": found.global_fit.shift[1],
+        "warp": found.global_fit.warp,
         "freedom": found.freedom,
         "kappa": measured.kappa,
         "seeds": float(measured.seeds),
@@ -231,8 +232,8 @@ def _numbers(measured: Measured, found: Explanation, reference: Admissible) -> d
 def _perceived(judgement: Judgement, found: Explanation, reference: Admissible, perceive: bool) -> Judgement:
     """Measure both legs, and the findings' jnd on the leg each belongs to."""
     limited = np.zeros(judgement.mean.shape[:2], np.bool_)
-    for each in found.models:
-        limited |= found.alphas[each.name] > 0
+    for model in found.models:
+        limited |= found.alphas[model.name] > 0
     wrong = found.significance.pixels | bool(found.triggers and not found.significance.pixels.any())
     at = np.flatnonzero(limited)
     halfway = put(reference.value, at, pixels(found.target.value, at))

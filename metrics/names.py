@@ -16,7 +16,9 @@ ROUNDED = 0.01  # of EXACT: the misfit that rounding leaves of the right name; .
 WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
 NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
 LADEN = 1.1  # by how much a number more must lower the misfit, and a limitation more where neither name leaves anything
-BETTER = 0.97  # of two names the one tried first stays unless the other's misfit, or else glance, is smaller by this
+BETTER = (
+    0.97  # of two names the one tried first stays unless the other's misfit, or else preview_misfit, is smaller by this
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,7 +26,7 @@ class Name:
     """What a bug is called, why, and the share of the bug leg that the name leaves (0: it explains everything).
 
     ``fitted`` is the explanation by that fault and the limitations beside it, None where nothing is beside it. A name
-    for what is wrong with the ``whole`` picture is no model of a fault. ``glance`` is the misfit of quick pictures.
+    for what is wrong with the ``whole`` picture is no model of a fault. ``preview_misfit`` is that of quick pictures.
     ``numbers`` are those of the verdict that the name knows better than a fit of the whole picture: a shift, a gain.
     ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
     fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
@@ -39,14 +41,14 @@ class Name:
     freedom: float = 0.0
     anything: bool = False
     whole: bool = False
-    glance: float = math.inf
+    preview_misfit: float = math.inf
     numbers: Mapping[str, float] = field(default_factory=dict)
     axes: int = 1
 
     @property
     def laden(self) -> int:
         """How many limitations and conventions are needed beside the name."""
-        return 0 if self.fitted is None else sum(bool(each.any()) for each in self.fitted.alphas.values())
+        return 0 if self.fitted is None else sum(bool(alpha.any()) for alpha in self.fitted.alphas.values())
 
     @property
     def further(self) -> int:
@@ -58,17 +60,17 @@ class Name:
         """How many limitations are beside the name, and further numbers in it."""
         return self.laden + self.further
 
-    def over(self, exact: float) -> bool:
+    def is_exact(self, exact: float) -> bool:
         """Whether it leaves no bug leg, and no more misfit than ``exact``."""
         return self.remains == 0.0 and self.misfit < exact
 
-    def hope(self, exact: float) -> float:
-        """From which ``glance`` on no other fault need be fitted after this one."""
+    def prune_bound(self, exact: float) -> float:
+        """From which ``preview_misfit`` on no other fault need be fitted after this one."""
         if self.remains > NOTHING or self.anything:
             return math.inf
         if self.laden:  # another one that looks alike may need no limitation
-            return self.glance * WORSE + EXACT
-        return self.glance * (1.0 if self.over(exact) else WORSE)
+            return self.preview_misfit * WORSE + EXACT
+        return self.preview_misfit * (1.0 if self.is_exact(exact) else WORSE)
 
 
 UNNAMED = Name("unexplained", "no known coding error gives this picture", 1.0)
@@ -76,10 +78,10 @@ UNNAMED = Name("unexplained", "no known coding error gives this picture", 1.0)
 
 def best_of(best: Name | None, names: Iterable[Name], exact: float, *, noisy: bool) -> Name | None:
     """The best of ``names`` and the ``best`` so far; those after one that leaves ``exact``ly nothing are not tried."""
-    for each in names:
-        if each.remains < REMAINS and (best is None or better(each, best, exact, noisy=noisy)):
-            best = each
-            if best.over(exact):
+    for name in names:
+        if name.remains < REMAINS and (best is None or better(name, best, exact, noisy=noisy)):
+            best = name
+            if best.is_exact(exact):
                 break
     return best
 
@@ -109,7 +111,7 @@ def better(each: Name, best: Name, exact: float, *, noisy: bool) -> bool:
         alike = exact if noisy else 0.0
         share = 0.5 if max(each.misfit, best.misfit) < ROUNDED * exact else 1.0 - BETTER
         if abs(each.misfit - best.misfit) < max(alike, share * best.misfit):
-            return each.glance < BETTER * best.glance
+            return each.preview_misfit < BETTER * best.preview_misfit
     return each.misfit * LADEN ** (each.further - best.further) < BETTER * best.misfit
 
 

@@ -27,13 +27,14 @@ from notabug.metrics.causes import (
     without_border,
 )
 from notabug.metrics.channels import largest, pixels, total
-from notabug.metrics.explain import LARGEST_GROWN, Explanation, explain, fit, habits
+from notabug.metrics.explain import LARGEST_GROWN, Explanation, explain, fit
+from notabug.metrics.global_fit import global_fit
 from notabug.metrics.likely import CLIP, changed_by, likely, refined, worth
 from notabug.metrics.names import EXACT, NOTHING, UNNAMED, Name, best_of
 from notabug.metrics.noise import Measured
-from notabug.metrics.nuisance import nuisance
 from notabug.metrics.quick import Places, Predict, Preview, choices, guessed, nearer, nears
 from notabug.metrics.rules import LEAST_TOUCHED, support
+from notabug.metrics.sets import habits
 from notabug.metrics.significance import Significance, significance
 from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model, excluded_by
@@ -75,12 +76,14 @@ def name_bug(
     bug = _Bug(measured, found, limitations, predict, preview, worth(measured, reference))
     exact = EXACT * min(1.0, bug.misfit(found.target))  # what leaves less leaves nothing for another to explain
     best = best_of(None, _whole(bug), exact, noisy=measured.noisy)
-    if best is None or not best.over(exact):
+    if best is None or not best.is_exact(exact):
         best = best_of(best, _moved_rays(bug), exact, noisy=measured.noisy)
-    for fault in () if best and best.over(exact) else likely(measured, found, faults, predict, preview, bug.together):
-        glance = bug.likeness(fault)
-        if best is None or glance < best.hope(exact):
-            names = (replace(each, glance=glance) for each in _fitted(bug, fault))
+    for fault in (
+        () if best and best.is_exact(exact) else likely(measured, found, faults, predict, preview, bug.together)
+    ):
+        preview_misfit = bug.likeness(fault)
+        if best is None or preview_misfit < best.prune_bound(exact):
+            names = (replace(each, preview_misfit=preview_misfit) for each in _fitted(bug, fault))
             best = best_of(best, names, exact, noisy=measured.noisy)
     if best is not None:
         return _of_two(bug, best, faults)
@@ -100,9 +103,9 @@ def possible(faults: Iterable[Model], declaration: Declaration) -> list[Model]:
 def _of_two(bug: _Bug, best: Name, faults: Sequence[Model]) -> Name:
     """``best``, or the fault of the texture that gives the very same picture where the whole one is upside down."""
     for fault in faults if best.name == "upside_down" else ():
-        if fault.name == "flipped_v" and bug.glance(guessed((fault,), bug.predict, bug.preview)) < HOPE * bug.glance(
-            bug.predict(()).value
-        ):
+        if fault.name == "flipped_v" and bug.preview_misfit(
+            guessed((fault,), bug.predict, bug.preview)
+        ) < HOPE * bug.preview_misfit(bug.predict(()).value):
             fitted = fit(bug.measured, (), bug.predict, (fault,))
             if _remains(bug, fitted) <= NOTHING:
                 claim = f"{fault.claim}, or the picture is upside down: in this scene the two look alike"
@@ -137,16 +140,16 @@ class _Bug:
             return float(still)
         return left.excess / max(self.found.significance.excess, 1e-30)
 
-    def glance(self, value: Floats) -> float:
+    def preview_misfit(self, value: Floats) -> float:
         """Mean |deviation| from ``value`` off the edges, in units of tolerance and noise, large ones cut off."""
         off = np.minimum(np.abs(self.measured.mean - value) / self.scale, CLIP)
         smooth = ~self.predict(()).edge
         return float(off[smooth].mean() if smooth.any() else off.mean())
 
     def likeness(self, fault: Model) -> float:
-        """``glance`` of what the quick pictures say that ``fault`` makes of the reference or of ``found``."""
+        """``preview_misfit`` of what the quick pictures say that ``fault`` makes of the reference or of ``found``."""
         places = dict.fromkeys(((), choices(self.found.models)))
-        return min(self.glance(guessed((fault,), self.predict, self.preview, beside)) for beside in places)
+        return min(self.preview_misfit(guessed((fault,), self.predict, self.preview, beside)) for beside in places)
 
 
 def _whole(bug: _Bug) -> Iterator[Name]:
@@ -160,11 +163,17 @@ def _whole(bug: _Bug) -> Iterator[Name]:
             left = significance(residual(measured.mean, target), measured, target)
             still = bool(left.triggers)
             if not still and not found.significance.triggers:  # nor may what was found in the whole picture be there
-                still = bool(nuisance(measured, target, np.zeros(target.edge.shape, np.bool_)).triggers)
+                still = bool(global_fit(measured, target, np.zeros(target.edge.shape, np.bool_)).triggers)
             remains = bug.remains(left, still=still)
-            glance = bug.glance(target.value)
+            preview_misfit = bug.preview_misfit(target.value)
             yield Name(
-                cause.name, cause.message, remains, bug.misfit(target), whole=True, glance=glance, numbers=cause.numbers
+                cause.name,
+                cause.message,
+                remains,
+                bug.misfit(target),
+                whole=True,
+                preview_misfit=preview_misfit,
+                numbers=cause.numbers,
             )
             if remains < nearest[0]:
                 nearest = (remains, cause)
@@ -178,8 +187,17 @@ def _whole(bug: _Bug) -> Iterator[Name]:
 
         beside = explain(measured, bug.limitations, lambda chosen: cause.under(predict(chosen)), quick)
         if not beside.triggers:
-            misfit, glance = bug.misfit(beside.target), bug.glance(beside.target.value)
-            yield Name(cause.name, cause.message, 0.0, misfit, beside, whole=True, glance=glance, numbers=cause.numbers)
+            misfit, preview_misfit = bug.misfit(beside.target), bug.preview_misfit(beside.target.value)
+            yield Name(
+                cause.name,
+                cause.message,
+                0.0,
+                misfit,
+                beside,
+                whole=True,
+                preview_misfit=preview_misfit,
+                numbers=cause.numbers,
+            )
 
 
 def _moved_rays(bug: _Bug) -> Iterator[Name]:
@@ -234,7 +252,7 @@ def _ray_names(bug: _Bug, model: Model, vector: tuple[float, float]) -> Iterator
         return without_border(bug.predict(chosen), mean, *vector)
 
     for each in _fitted(replace(bug, predict=bordered), model):
-        yield replace(each, glance=bug.likeness(model), numbers=shift_numbers(*vector))
+        yield replace(each, preview_misfit=bug.likeness(model), numbers=shift_numbers(*vector))
 
 
 def _fitted(bug: _Bug, fault: Model) -> Iterator[Name]:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.channels import spread
-from notabug.metrics.neighbours import weighed
+from notabug.metrics.image_filters import weighed
 
 Floats = npt.NDArray[np.floating]
 TILE = 16
@@ -65,7 +65,7 @@ def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_], samples: in
     kappa pixels leave fewer: squares of Gaussians with correlation rho are correlated by rho^2, whose sum over the
     plane is half that of rho, kappa, for a Gaussian filter. All-equal pictures count as one.
     """
-    stack = np.stack([np.asarray(each, np.float32) for each in pictures])
+    stack = np.stack([np.asarray(picture, np.float32) for picture in pictures])
     mean = stack.mean(axis=0, dtype=np.float64).astype(np.float32)
     seeds = len(stack)
     if all(np.array_equal(each, stack[0]) for each in stack[1:]):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from notabug.metrics.valid import LARGEST
+from notabug.metrics.image_checks import LARGEST
 
 Floats = npt.NDArray[np.floating]
 

@@ -13,7 +13,7 @@ from copy import copy
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from itertools import product
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +21,8 @@ import numpy.typing as npt
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import BESIDE, Admissible, admissible, reckonable
 from notabug.metrics.channels import pixels, put
-from notabug.metrics.neighbours import Bools, widened
-from notabug.metrics.valid import finite
+from notabug.metrics.image_checks import finite
+from notabug.metrics.image_filters import Bools, widened
 from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model
 from notabug.references.predict import Near, predict_near, preview, preview_at
@@ -180,7 +180,7 @@ class _Recent(Generic[Kept]):
         return made
 
 
-def _size(value: Any) -> int:
+def _size(value: object) -> int:
     """The bytes of an array, or of the arrays in a dataclass."""
     if isinstance(value, np.ndarray):
         return value.nbytes

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import largest, pixels
-from notabug.metrics.neighbours import widened
+from notabug.metrics.image_filters import widened
 from notabug.metrics.noise import Measured
 from notabug.references.models.model import Model
 
@@ -43,7 +43,7 @@ class Preview(Protocol):
 
 def choices(models: Sequence[Model]) -> tuple[Model, ...]:
     """Those of ``models`` that replace the reference."""
-    return tuple(each for each in models if each.rule == "choice")
+    return tuple(model for model in models if model.rule == "choice")
 
 
 def guessed(models: tuple[Model, ...], predict: Predict, preview: Preview, beside: tuple[Model, ...] = ()) -> Floats:
@@ -83,7 +83,7 @@ def nearer(
         return np.maximum(largest(np.abs(mean - picture) - tau), 0.0)
 
     def left_by(some: tuple[Model, ...]) -> Floats:
-        chosen = (*known, *(each for each in choices(some) if each not in known))
+        chosen = (*known, *(choice for choice in choices(some) if choice not in known))
         quick = preview(chosen, at)
         left = off(value + (quick - still))
         for each in some:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.channels import largest, pixels
-from notabug.metrics.neighbours import extreme, widened
+from notabug.metrics.image_filters import extreme, widened
 from notabug.metrics.noise import Measured
 from notabug.metrics.quick import Predict, Preview, choices
 from notabug.metrics.significance import Significance

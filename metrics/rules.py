@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from notabug.metrics.admissible import MISSED, Admissible, residual
 from notabug.metrics.channels import largest, pixels, put, total
-from notabug.metrics.neighbours import Bools
+from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
 from notabug.references.models.model import Model
 

@@ -14,7 +14,7 @@ import numpy as np
 from notabug.metrics.admissible import Admissible, Floats, residual
 from notabug.metrics.channels import spread
 from notabug.metrics.explain import Explanation
-from notabug.metrics.neighbours import Bools
+from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured, in_tiles, pooled
 from notabug.metrics.significance import significance
 from notabug.scenes_usd.scene import Scene

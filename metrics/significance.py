@@ -11,7 +11,7 @@ import numpy.typing as npt
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import largest, spread
 from notabug.metrics.excused import crowded, excused
-from notabug.metrics.neighbours import Bools
+from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import TILE, Measured, tiles
 
 Floats = npt.NDArray[np.floating]

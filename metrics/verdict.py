@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, TypedDict, cast
 
-Word = Literal["pass", "limitation", "bug", "inconclusive", "unsupported", "error"]
+from notabug.scenes_usd.catalogue import Word as Word
 
-GLYPH: dict[str, str] = {
+GLYPH: dict[Word, str] = {
     "pass": "✓",
     "limitation": "≈",
     "bug": "✗",
@@ -49,6 +49,17 @@ class Leg:
     itp: float = 0.0  # 95th percentile of Delta E_ITP over the leg's pixels
 
 
+class VerdictSaid(TypedDict):
+    """A verdict as ``as_dict`` gives it; findings and legs hold the fields of their classes."""
+
+    word: Word
+    findings: list[dict[str, Any]]
+    legs: dict[str, dict[str, Any]]
+    triggers: list[str]
+    message: str
+    numbers: dict[str, float]
+
+
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """The verdict on one picture (all seeds of it together)."""
@@ -60,15 +71,15 @@ class Verdict:
     message: str = ""  # one sentence for people
     numbers: dict[str, float] = field(default_factory=dict)  # rmse, gain, shift_x, shift_y, freedom ...
 
-    def as_dict(self) -> dict[str, Any]:
-        return asdict(self)
+    def as_dict(self) -> VerdictSaid:
+        return cast(VerdictSaid, asdict(self))
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Verdict:
+    def from_dict(cls, data: VerdictSaid) -> Verdict:
         return cls(
             word=data["word"],
-            findings=tuple(_finding(each) for each in data["findings"]),
-            legs={name: Leg(**each) for name, each in data["legs"].items()},
+            findings=tuple(_finding(finding) for finding in data["findings"]),
+            legs={name: Leg(**leg) for name, leg in data["legs"].items()},
             triggers=tuple(data["triggers"]),
             message=data["message"],
             numbers=dict(data["numbers"]),
@@ -76,5 +87,5 @@ class Verdict:
 
 
 def _finding(data: dict[str, Any]) -> Finding:
-    boxes = {"region": tuple(data["region"]), "regions": tuple(tuple(each) for each in data.get("regions", ()))}
+    boxes = {"region": tuple(data["region"]), "regions": tuple(tuple(box) for box in data.get("regions", ()))}
     return Finding(**{**data, **boxes})

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import admissible
-from notabug.metrics.valid import invalid
+from notabug.metrics.image_checks import invalid
 from notabug.references.models.model import Model, models
 from notabug.references.predict import configured, predict, preview_at
 from notabug.references.tracer.probe import Probe, probe
@@ -55,8 +54,8 @@ class PixelExplanation:
     idle: tuple[str, ...] = ()  # models that change nothing here
     told: tuple[str, ...] = ()  # what the verdict on the whole picture names
 
-    def as_dict(self) -> dict[str, Any]:
-        return _finite(asdict(self))  # type: ignore[no-any-return]
+    def as_dict(self) -> dict[str, object]:
+        return {name: _finite(part) for name, part in asdict(self).items()}
 
     def ranked(self) -> tuple[Prediction, ...]:
         """The models that change something here, best first: those that fit, by how near their own value is.
@@ -264,7 +263,7 @@ def _rgb(values: npt.NDArray[np.float64]) -> RGB:
     return r, g, b
 
 
-def _finite(value: Any) -> Any:
+def _finite(value: object) -> object:
     """``value`` with infinities and NaN as None, for JSON."""
     if isinstance(value, dict):
         return {key: _finite(each) for key, each in value.items()}

@@ -30,7 +30,7 @@ def _is_long(words: Sequence[str]) -> bool:
     """Whether ``words`` name so many scenes that processes will do them; a guess, which nothing depends on."""
     from notabug.runs.workers import JOBS_PER_PROCESS, cores_here
 
-    named = sum(not each.startswith("-") for each in words[1:])
+    named = sum(not word.startswith("-") for word in words[1:])
     elsewhere = {"--executor", "--workarounds", "--help"}.intersection(words)
     return words[:1] == ["run"] and named >= 2 * JOBS_PER_PROCESS and not elsewhere and cores_here() > 1
 

@@ -5,15 +5,16 @@ Nothing of notabug is imported until a scene is asked for or a picture is judged
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
 if TYPE_CHECKING:
     from notabug.metrics.verdict import Verdict
-    from notabug.pytest_session import Bench
+    from notabug.pytest_session import Bench, Image
+    from notabug.results.document import ResultSaid
 
 # Name, help, default; each is the option --notabug-NAME and the ini key notabug_NAME.
 TEXTS = (
@@ -87,7 +88,7 @@ class Picture(pytest.Item):
     def __init__(self, *, bench: Bench, **words: Any) -> None:
         super().__init__(**words)
         self.bench = bench
-        self.record: dict[str, Any] | None = None
+        self.record: ResultSaid | None = None
 
     def runtest(self) -> None:
         missing = self.bench.missing(self.name)
@@ -124,7 +125,7 @@ class Records:
 
     def __init__(self, config: pytest.Config) -> None:
         self._config = config
-        self._records: list[dict[str, Any]] = []
+        self._records: list[ResultSaid] = []
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         record = getattr(report, "notabug", None)
@@ -139,7 +140,7 @@ class Records:
 
 
 @pytest.fixture
-def judge() -> Any:
+def judge() -> Callable[..., Verdict]:
     """``judge(image, scene=..., **declaration)``: the verdict on a picture, or on several seeds of one.
 
     ``image`` is a path, an array of [height, width, 3] linear float values, or a sequence of either; ``scene`` an id
@@ -149,14 +150,14 @@ def judge() -> Any:
     """
 
     def judge(
-        image: Any,
+        image: Image | Sequence[Image],
         *,
         scene: str,
         variant: dict[str, str] | None = None,
         camera: str = "",
         time: float | None = None,
         purposes: Sequence[str] = (),
-        **declaration: Any,
+        **declaration: object,
     ) -> Verdict:
         from notabug.pytest_session import judged
         from notabug.scenes_usd.view import view_of
@@ -166,5 +167,5 @@ def judge() -> Any:
     return judge
 
 
-def _listed(image: Any) -> Sequence[Any]:
-    return image if isinstance(image, list | tuple) else [image]
+def _listed(image: Image | Sequence[Image]) -> Sequence[Image]:
+    return image if isinstance(image, list | tuple) else [cast("Image", image)]

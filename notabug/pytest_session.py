@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from notabug.adapters.base import Adapter, Declaration, Found, Quality, RendererMissingError
 from notabug.adapters.registry import adapter, adapters
@@ -16,6 +17,7 @@ from notabug.commands.judge import declare
 from notabug.metrics.verdict import Verdict
 from notabug.report.page import draw
 from notabug.report.sentence import sentence
+from notabug.results.document import ResultSaid
 from notabug.results.expectation import BETTER
 from notabug.results.gate import FailOn, Gate
 from notabug.results.record import Result
@@ -32,6 +34,7 @@ from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import Picture, read_picture
 from notabug.scenes_usd.view import AS_IT_IS, View, view_of
 
+Image = str | Path | npt.NDArray[np.floating] | Picture
 Kind = Literal["pass", "fail", "xfail", "skip"]
 
 
@@ -54,7 +57,7 @@ class Bench:
         required = _words(settings["require"])
         asked = {name: adapter(name) for name in (*named, *required)} if named else adapters()
         variants = _words(settings["variants"])
-        wanted = parse_variants([each for each in variants if each != "all"])
+        wanted = parse_variants([variant for variant in variants if variant != "all"])
         time = float(settings["time"]) if settings["time"] else None
         view = view_of(settings["camera"], time, _words(settings["purposes"]))
         choices = choose(_words(settings["scenes"]), wanted, every_variant="all" in variants, view=view)
@@ -109,34 +112,36 @@ class Bench:
         if result.state in BETTER and result.because:
             return ("fail" if self.strict else "pass"), f"[XPASS(strict)] {said}; update the entry"
         if word in ("limitation", "bug", "error"):
-            names = " + ".join(dict.fromkeys(each.name for each in result.verdict.findings if each.kind == word))
+            names = " + ".join(
+                dict.fromkeys(finding.name for finding in result.verdict.findings if finding.kind == word)
+            )
             return "xfail", "; ".join(filter(None, (names or word, result.because)))
         return ("skip", said) if word in ("unsupported", "inconclusive") else ("pass", "")
 
-    def write(self, records: Sequence[dict[str, Any]]) -> None:
+    def write(self, records: Sequence[ResultSaid]) -> None:
         """``run.json`` and the page, of the results that came in."""
-        results = [Result.from_dict(each) for each in records]
+        results = [Result.from_dict(record) for record in records]
         order = {(task.choice.id, task.renderer): place for place, task in enumerate(self.tasks.values())}
         results.sort(key=lambda each: order.get((each.scene, each.renderer), len(order)))
         with sole_writer(self.plan.out):
             state = Run(self.plan, Silent(), results, finished=True, begun=self.begun)
-            state.rendering = sum(each.seconds["render"] for each in results)
+            state.rendering = sum(result.seconds["render"] for result in results)
             state.save()
         draw(self.plan.out)
 
 
 def judged(
-    images: Sequence[Any],
+    images: Sequence[Image],
     source: str,
     variants: Mapping[str, str],
-    declared: Mapping[str, Any],
+    declared: Mapping[str, object],
     view: View = AS_IT_IS,
 ) -> Verdict:
     """The verdict on ``images``, paths or arrays, as seeds of one renderer; ``declared`` overrides what is unknown."""
-    pictures = [each if isinstance(each, Picture) else _picture(each) for each in images]
+    pictures = [image if isinstance(image, Picture) else _picture(image) for image in images]
     height, width = pictures[0].pixels.shape[:2]
     scene = take_scene(source, dict(variants), replace(view, size=(width, height)), "picture").scene
-    words = dict(declared)
+    words: dict[str, Any] = dict(declared)
     base = declare(
         pictures,
         words.pop("filter", "unknown"),
@@ -153,7 +158,7 @@ def judged(
     return judge_read(pictures, scene, declaration).verdict
 
 
-def _picture(image: Any) -> Picture:
+def _picture(image: str | Path | npt.NDArray[np.floating]) -> Picture:
     if isinstance(image, np.ndarray):
         return Picture(np.asarray(image, np.float32), image.shape[-1], 2.0**-24, relative_quantum=True, metadata={})
     return read_picture(Path(image))

@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from notabug.references.raster.picture import RasterOptions
 from notabug.references.raster.shadow_map import ShadowMaps
-from notabug.references.tracer.envelope import Options
 from notabug.references.tracer.flatten import Flat
+from notabug.references.tracer.options import Options
 
 Array = npt.NDArray[Any]
 Floats = npt.NDArray[np.float64]

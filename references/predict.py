@@ -17,13 +17,8 @@ import numpy.typing as npt
 from notabug.references import _native
 from notabug.references.cache import cache_root, source_hash
 from notabug.references.models.model import Model
-from notabug.references.tracer.envelope import (
-    Envelope,
-    Options,
-    trace_changes,
-    trace_envelope,
-    trace_picture,
-)
+from notabug.references.tracer.envelope import Envelope, trace_changes, trace_envelope, trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd import triangulate
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
@@ -142,8 +137,8 @@ def _stored(path: Path) -> Envelope:
     """The envelope in the cache's file ``path``, whose name is a hash of all that enters; read-only."""
     with path.open("rb") as stored:  # plain arrays one after the other: a zip would check their sums again
         arrays = {each.name: np.load(stored) for each in fields(Envelope)}
-    for each in arrays.values():
-        each.flags.writeable = False
+    for array in arrays.values():
+        array.flags.writeable = False
     return Envelope(**arrays)
 
 
@@ -185,11 +180,11 @@ def _stored_form(envelope: Envelope) -> Envelope:
 
     What is beyond float32 is infinite there.
     """
-    floats: Any = {k: _single(v) for k, v in envelope.arrays().items() if v.dtype == np.float64}
+    floats: Any = {k: _single(v.astype(np.float64)) for k, v in envelope.arrays().items() if v.dtype == np.float64}
     return replace(envelope, **floats)
 
 
-def _single(values: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+def _single(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
     """``values`` in float32, those beyond its range as infinities."""
     most = float(np.finfo(np.float32).max)
     beyond = np.abs(values) > most
@@ -204,7 +199,7 @@ def _forget(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def _keep(path: Path, arrays: Sequence[npt.NDArray[Any]]) -> None:
+def _keep(path: Path, arrays: Sequence[npt.NDArray[np.generic]]) -> None:
     partial = path.with_suffix(f".{os.getpid()}.partial")  # a name that the sweep below, in any process, leaves alone
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

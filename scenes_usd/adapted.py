@@ -12,14 +12,15 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade
 
 from notabug.scenes_usd.card import OWN_CARD
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.framing import LIT, direction
+from notabug.scenes_usd.layer_values import shown_value, typed
 from notabug.scenes_usd.lens import write_lens
 from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.reader import scene_id
@@ -288,9 +289,10 @@ class _Layer:
         if prim is None:
             return
         where, because = f"{opinion.path}.{opinion.name}", f" ({opinion.because})" if opinion.because else ""
-        if opinion.type == "preview":
-            self._paint(UsdShade.Material(prim), opinion.value)
-            self._say(where, f"{PREVIEW} {_shown(opinion.value)}{because}")
+        if opinion.type == "preview" and isinstance(opinion.value, tuple):
+            red, green, blue = (float(part) for part in opinion.value)
+            self._paint(UsdShade.Material(prim), (red, green, blue))
+            self._say(where, f"{PREVIEW} {shown_value(opinion.value)}{because}")
         elif opinion.type == "rel":
             relationship = prim.GetRelationship(opinion.name) or prim.CreateRelationship(opinion.name, False)
             relationship.SetTargets([])
@@ -301,9 +303,9 @@ class _Layer:
             was = attribute.Get(Usd.TimeCode.EarliestTime())
             if attribute.HasAuthoredConnections():
                 attribute.SetConnections([])
-            attribute.Set(_typed(opinion.type, opinion.value))
-            old = "" if was is None else f", was {_shown(was)}"
-            self._say(where, f"{_shown(opinion.value)}{old}{because}")
+            attribute.Set(typed(opinion.type, opinion.value))
+            old = "" if was is None else f", was {shown_value(was)}"
+            self._say(where, f"{shown_value(opinion.value)}{old}{because}")
 
     def _prim(self, path: str) -> Usd.Prim | None:
         """The prim at ``path``, whose instance becomes one of its own where it is shared."""
@@ -382,34 +384,5 @@ def _define(stage: Usd.Stage, path: str, camera: Camera) -> None:
     _place(made, camera.to_world)
 
 
-def _place(prim: Any, matrix: Floats) -> None:
+def _place(prim: UsdGeom.Xformable, matrix: Floats) -> None:
     UsdGeom.Xformable(prim).AddTransformOp().Set(Gf.Matrix4d(*matrix.ravel().tolist()))
-
-
-def _typed(kind: str, value: Any) -> Any:
-    """``value`` as the Sdf type called ``kind`` holds it."""
-    if kind == "asset":
-        return Sdf.AssetPath(value)
-    if kind == "matrix4d":
-        return Gf.Matrix4d(*value)
-    if kind == "token[]":
-        return Vt.TokenArray(value)
-    if kind in ("color3f", "normal3f"):
-        return Gf.Vec3f(*value)
-    if kind == "color3f[]":
-        return Vt.Vec3fArray([Gf.Vec3f(*row) for row in value])
-    if kind == "float[]":
-        return Vt.FloatArray(value)
-    if kind == "float4[]":
-        return Vt.Vec4fArray(value)
-    return value
-
-
-def _shown(value: Any) -> str:
-    """A value in a line: numbers in few digits."""
-    if isinstance(value, bool) or not isinstance(value, int | float | tuple | Gf.Vec3f):
-        text = str(value)
-        return text if len(text) <= 60 else f"{text[:57]}..."
-    if isinstance(value, int | float):
-        return f"{value:g}"
-    return f"({', '.join(part if isinstance(part, str) else f'{part:g}' for part in value)})"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.scene import Card
@@ -29,7 +28,7 @@ _EXAMPLE = (
 )
 
 
-def read_card(custom: Mapping[str, Any], prim: str) -> Card:
+def read_card(custom: Mapping[str, object], prim: str) -> Card:
     """The card in ``custom``, the customData of the default prim at path ``prim``.
 
     A scene without one is a team's own. Raises SceneError where a key is unknown or of another type, or class or claim

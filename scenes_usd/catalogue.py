@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Literal, get_args
 
 from notabug.scenes_usd.card import CLASSES, OWN_CARD, read_card
 from notabug.scenes_usd.errors import SceneError, SelectionError
@@ -21,7 +21,9 @@ from notabug.scenes_usd.untrusted import is_trusted
 PREVIEW = "preview"
 """The folder of the small scenes for each feature of UsdPreviewSurface and UsdLux, which only their word selects."""
 
-VERDICTS = ("pass", "limitation", "bug", "inconclusive", "unsupported", "error")
+Word = Literal["pass", "limitation", "bug", "inconclusive", "unsupported", "error"]
+"""What is said of a picture: a verdict, or that there is none. Every other list of words is made of this one."""
+VERDICTS: tuple[Word, ...] = get_args(Word)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,16 +137,18 @@ def _choice(key: str, where: str) -> Choice:
     return tuple(sorted((name.strip(), chosen.strip()) for name, _, chosen in pairs))
 
 
-def _verdicts(table: Any, where: str) -> dict[str, str]:
+def _verdicts(table: object, where: str) -> dict[str, str]:
+    said: dict[str, str] = {}
     for renderer, verdict in _table(table, where).items():
         word, _, names = verdict.partition(":") if isinstance(verdict, str) else ("", "", "")
+        said[renderer] = str(verdict)
         if word not in VERDICTS or (word == "limitation") != bool(names.strip()):
             expected = f'one of {", ".join(VERDICTS)}, a limitation with its name: "limitation: facet_self_shadow"'
             raise SceneError("not a verdict", where=f"{where}.{renderer}", expected=expected, got=repr(verdict))
-    return dict(table)
+    return said
 
 
-def _table(found: Any, where: str) -> dict[str, Any]:
+def _table(found: object, where: str) -> dict[str, object]:
     if not isinstance(found, dict):
         raise SceneError("not a table", where=where, got=repr(found))
     return found

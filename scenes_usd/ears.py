@@ -23,7 +23,7 @@ def fits(triples: list[Triple], plane: Floats, room: float) -> bool:
 
     ``plane`` (n, 2) are the corners in their plane, ``room`` is the length below which they are in one place.
     """
-    return all(_height(*plane[list(each)]) > room or _pinched(plane, each, room) for each in triples)
+    return all(_height(*plane[list(triple)]) > room or _pinched(plane, triple, room) for triple in triples)
 
 
 def ears(plane: Floats, room: float) -> list[Triple] | None:

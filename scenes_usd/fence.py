@@ -11,9 +11,12 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from notabug.scenes_usd.errors import SceneError
+
+if TYPE_CHECKING:
+    from pxr import Sdf, Usd
 
 TRUST = "NOTABUG_TRUST"
 FILE = 256 << 20  # bytes of one layer
@@ -26,7 +29,7 @@ class OutsideError(SceneError):
     """A scene that would open a file outside of its folder."""
 
 
-def layers_of(path: Path) -> Iterator[tuple[Path, Any]]:
+def layers_of(path: Path) -> Iterator[tuple[Path, Sdf.Layer | None]]:
     """The files that ``path`` is composed of, itself first, and what is open of each: an Sdf.Layer, or None.
 
     Raises OutsideError where a layer names a file outside the folder of ``path``, in whatever variant. Layers are
@@ -55,7 +58,7 @@ def layers_of(path: Path) -> Iterator[tuple[Path, Any]]:
             waiting += _named(layer, name, root)
 
 
-def _named(layer: Any, name: str, root: Path) -> Iterator[str]:
+def _named(layer: Sdf.Layer, name: str, root: Path) -> Iterator[str]:
     """The layers that ``layer``, called ``name``, names, by their absolute paths; raises OutsideError."""
     _refuse_clips(layer, name)
     for asset in {*layer.GetCompositionAssetDependencies(), *layer.GetExternalAssetDependencies()} - {""}:
@@ -78,11 +81,11 @@ def _named(layer: Any, name: str, root: Path) -> Iterator[str]:
         yield resolved
 
 
-def _refuse_clips(layer: Any, name: str) -> None:
+def _refuse_clips(layer: Sdf.Layer, name: str) -> None:
     """Raise OutsideError where a prim of ``layer`` has value clips, which are opened when a value is asked for."""
     found: list[str] = []
 
-    def look(path: Any) -> None:
+    def look(path: Sdf.Path) -> None:
         if path.IsPrimPath() or path.IsPrimVariantSelectionPath():
             keys = layer.GetObjectAtPath(path).ListInfoKeys()
             found.extend(f"{path} {key}" for key in _CLIPS if key in keys)
@@ -97,7 +100,7 @@ def _refuse_clips(layer: Any, name: str) -> None:
         )
 
 
-def check_opened(stage: Any, path: Path) -> None:
+def check_opened(stage: Usd.Stage, path: Path) -> None:
     """Raise OutsideError where OpenUSD has opened a layer of ``stage`` outside the folder of ``path``."""
     for layer in stage.GetUsedLayers(True):
         if not layer.anonymous:

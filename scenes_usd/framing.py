@@ -51,12 +51,12 @@ def fitting_distance(points: Floats, target: Floats, axes: Floats, tan_x: float,
 def bounds_of(objects: Sequence[Object]) -> tuple[Floats, Floats]:
     """The lowest and the highest corner of the box round ``objects``, world space."""
     corners = []
-    for each in objects:
-        if isinstance(each, Mesh):
-            corners.append(each.points)
+    for shape in objects:
+        if isinstance(shape, Mesh):
+            corners.append(shape.points)
         else:
-            reach = each.radius * np.linalg.norm(each.to_world[:3, :3], axis=0)
-            corners.append(np.stack([each.to_world[3, :3] - reach, each.to_world[3, :3] + reach]))
+            reach = shape.radius * np.linalg.norm(shape.to_world[:3, :3], axis=0)
+            corners.append(np.stack([shape.to_world[3, :3] - reach, shape.to_world[3, :3] + reach]))
     every = np.concatenate(corners)
     return every.min(axis=0), every.max(axis=0)
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+
+Value = bool | int | float | str | tuple[float, ...] | tuple[str, ...] | list[float | tuple[float, ...]]
+"""What an attribute can be told to be."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,5 +18,5 @@ class Opinion:
     path: str
     name: str
     type: str
-    value: Any
+    value: Value
     because: str = ""

@@ -11,7 +11,7 @@ import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,11 @@ from notabug.scenes_usd.picture_layers import Layer, choose, layers_of
 from notabug.scenes_usd.picture_numbers import Lossy, Numbers, lossy_of, numbers_of, once_coarser
 from notabug.scenes_usd.picture_place import TURNED, orientation, placed
 from notabug.scenes_usd.srgb import decode_srgb
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    import OpenImageIO
 
 Pixels = npt.NDArray[np.float32]
 
@@ -80,7 +85,7 @@ class _Chosen:
     """The layer of an open file that is the picture, and the header of its part."""
 
     layer: Layer
-    spec: Any
+    spec: OpenImageIO.ImageSpec
     kind: str  # OpenImageIO's name of the file format
     parts: int
 
@@ -93,7 +98,7 @@ class _Chosen:
     @property
     def stored(self) -> str:
         """The coarsest number format of the three channels."""
-        formats = [str(self.spec.channelformat(each)) for each in self.layer.colours]
+        formats = [str(self.spec.channelformat(colour)) for colour in self.layer.colours]
         return max(formats, key=lambda each: numbers_of(self.spec, self.kind, each).quantum)
 
     @property
@@ -186,7 +191,7 @@ def read_picture_here(path: Path, *, layer: str = "", srgb: bool = False) -> Pic
         numbers.relative,
         _metadata(spec),
         numbers.shared,
-        tuple(str(spec.channelnames[each]) for each in chosen.layer.colours),
+        tuple(str(spec.channelnames[colour]) for colour in chosen.layer.colours),
         notes,
         opaque,
         chosen.stored,
@@ -202,7 +207,7 @@ def _over_black(pixels: Pixels, alpha: Pixels, numbers: Numbers) -> tuple[Pixels
     return pixels * alpha, numbers, ("its alpha is straight: colours were multiplied by it",)
 
 
-def _read(source: Any, chosen: _Chosen) -> Pixels | None:
+def _read(source: OpenImageIO.ImageInput, chosen: _Chosen) -> Pixels | None:
     """The chosen channels (h, w, c) as stored; None where the file is damaged."""
     indices = chosen.indices
     first, last = min(indices), max(indices) + 1
@@ -215,7 +220,7 @@ def _read(source: Any, chosen: _Chosen) -> Pixels | None:
     return data[:, :, [index - first for index in indices]]
 
 
-def _range(source: Any, chosen: _Chosen, first: int, last: int) -> Pixels | None:
+def _range(source: OpenImageIO.ImageInput, chosen: _Chosen, first: int, last: int) -> Pixels | None:
     """The channels from ``first`` to before ``last`` of the chosen part, or None."""
     import OpenImageIO
 
@@ -223,10 +228,10 @@ def _range(source: Any, chosen: _Chosen, first: int, last: int) -> Pixels | None
     return None if data is None else np.asarray(data, np.float32).reshape(chosen.spec.height, chosen.spec.width, -1)
 
 
-def _choose(source: Any, path: Path, wanted: str) -> _Chosen:
+def _choose(source: OpenImageIO.ImageInput, path: Path, wanted: str) -> _Chosen:
     """The part and channels of the open file ``source`` that are the picture, the part's header read."""
     kind = str(source.format_name())
-    parts: list[Any] = []
+    parts: list[OpenImageIO.ImageSpec] = []
     while len(parts) < MAX_PARTS and source.seek_subimage(len(parts), 0):
         _check_size(source.spec(), path)
         parts.append(source.spec())
@@ -254,7 +259,7 @@ def _choose(source: Any, path: Path, wanted: str) -> _Chosen:
     return _Chosen(layer, spec, kind, count if kind == "openexr" or wanted else 1)
 
 
-def _reason(told: Any) -> str:
+def _reason(told: ModuleType | OpenImageIO.ImageInput) -> str:
     """What went wrong in OpenImageIO's words, which may quote bytes of the file that are no text."""
     try:
         return " ".join(told.geterror().split())
@@ -262,12 +267,12 @@ def _reason(told: Any) -> str:
         return "its header is no text"
 
 
-def _metadata(spec: Any) -> dict[str, str]:
+def _metadata(spec: OpenImageIO.ImageSpec) -> dict[str, str]:
     """The header's attributes that are text or can be written as such."""
     found = {}
-    for each in spec.extra_attribs:
+    for attrib in spec.extra_attribs:
         with contextlib.suppress(UnicodeDecodeError):
-            found[str(each.name)] = str(each.value)
+            found[str(attrib.name)] = str(attrib.value)
     return found
 
 
@@ -281,7 +286,7 @@ def _check_there(path: Path) -> None:
         )
 
 
-def _open(path: Path) -> Any:
+def _open(path: Path) -> OpenImageIO.ImageInput:
     """An open OpenImageIO input, whose header is of a size that can be held in memory."""
     import OpenImageIO
 
@@ -302,7 +307,7 @@ def _open(path: Path) -> Any:
     return source
 
 
-def _check_size(spec: Any, path: Path) -> None:
+def _check_size(spec: OpenImageIO.ImageSpec, path: Path) -> None:
     """Raise PictureError where a picture with the header ``spec`` is too large to be held in memory."""
     shown = spec.full_width * spec.full_height
     if max(spec.width * spec.height * max(spec.depth, 1), shown) > MAX_PIXELS or spec.nchannels > MAX_CHANNELS:
@@ -354,7 +359,7 @@ def write_png(path: Path, pixels: npt.NDArray[np.floating]) -> None:
     write_coded(path, data, "uint16", {"oiio:ColorSpace": "lin_rec709_scene"})
 
 
-def write_coded(path: Path, pixels: npt.NDArray[Any], stored: str, attributes: Mapping[str, str]) -> None:
+def write_coded(path: Path, pixels: npt.NDArray[np.generic], stored: str, attributes: Mapping[str, str]) -> None:
     """Write (h, w, c) ``pixels`` in the format of the suffix as ``stored`` numbers, with OpenImageIO's attributes."""
     import OpenImageIO
 

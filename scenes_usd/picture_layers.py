@@ -9,7 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import OpenImageIO
 
 BEAUTY = frozenset({"combined", "beauty", "rgba", "rgb"})
 _COLOURS = ({"r", "red"}, {"g", "green"}, {"b", "blue"})
@@ -60,7 +63,7 @@ class Layer:
         return f"{self.label or 'without a name'} ({', '.join(self.channels)})"
 
 
-def layers_of(parts: Sequence[Any]) -> list[Layer]:
+def layers_of(parts: Sequence[OpenImageIO.ImageSpec]) -> list[Layer]:
     """The layers of a file whose parts have the headers ``parts``, in their order."""
     found: dict[tuple[int, str], dict[str, int]] = {}
     for part, spec in enumerate(parts):
@@ -76,19 +79,19 @@ def layers_of(parts: Sequence[Any]) -> list[Layer]:
 def choose(layers: Sequence[Layer], wanted: str = "") -> Layer | None:
     """The layer that is the picture, or the one that is ``wanted``; None where there is none or more than one."""
     if wanted:
-        named = [each for each in layers if wanted in (each.label, each.name, each.part_name)]
-        named = named or [each for each in layers if wanted.lower() in (each.label.lower(), each.name.lower())]
+        named = [layer for layer in layers if wanted in (layer.label, layer.name, layer.part_name)]
+        named = named or [layer for layer in layers if wanted.lower() in (layer.label.lower(), layer.name.lower())]
         return _only([each for each in named if len(each.colours) == 3]) or _only(
             [each for each in named if each.colours]
         )
     for candidates in (
-        [each for each in layers if len(each.colours) == 3],
-        [each for each in layers if each.colours and (not each.name or each.is_beauty)],
+        [layer for layer in layers if len(layer.colours) == 3],
+        [layer for layer in layers if layer.colours and (not layer.name or layer.is_beauty)],
     ):
-        bare = [each for each in candidates if not each.name]
+        bare = [candidate for candidate in candidates if not candidate.name]
         for some in (
             [each for each in bare if not each.part_name or each.is_beauty],
-            [each for each in candidates if each.is_beauty],
+            [candidate for candidate in candidates if candidate.is_beauty],
             bare,
             candidates,
         ):

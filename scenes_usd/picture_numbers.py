@@ -5,10 +5,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    import OpenImageIO
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +41,7 @@ _STEPS = (255, 65535)  # of the integer formats from which pictures are converte
 _ROUNDED = 2.0**-22  # parts of a value by which conversions to float32 and back may move it
 
 
-def numbers_of(spec: Any, kind: str, stored: str) -> Numbers:
+def numbers_of(spec: OpenImageIO.ImageSpec, kind: str, stored: str) -> Numbers:
     """The number format ``stored`` of channels in a file of the OpenImageIO format ``kind``."""
     if kind == "hdr":
         return NUMBERS["rgbe"]
@@ -98,7 +101,7 @@ _LOSSY_TIFF = frozenset({"jpeg", "jp2000", "webp", "lerc"})
 _LUMINANCE_MEAN, _CHROMINANCE_MEAN = 57.625, 86.015625
 
 
-def lossy_of(spec: Any, kind: str, stored: str, path: Path) -> Lossy | None:
+def lossy_of(spec: OpenImageIO.ImageSpec, kind: str, stored: str, path: Path) -> Lossy | None:
     """The coding of the file at ``path`` where it loses more than a step of its numbers."""
     compression = _compression(spec)
     if kind == "hdr":  # cutting all values moves the whole picture to one side, which no rounding does
@@ -150,5 +153,5 @@ def _scales(segment: bytes) -> list[float]:
     return found
 
 
-def _compression(spec: Any) -> str:
+def _compression(spec: OpenImageIO.ImageSpec) -> str:
     return str(spec.get_string_attribute("compression", "")).partition(":")[0].lower()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    import OpenImageIO
 
 Pixels = npt.NDArray[np.float32]
 
@@ -24,7 +27,7 @@ _SAID = {
 _RADIANCE = {6: 8, 8: 6}
 
 
-def orientation(spec: Any, kind: str) -> int:
+def orientation(spec: OpenImageIO.ImageSpec, kind: str) -> int:
     """How the pixels are stored, 1 to 8 as in TIFF and Exif, in a file of the OpenImageIO format ``kind``."""
     found = int(spec.get_int_attribute("Orientation", 1))
     if kind == "hdr":
@@ -32,7 +35,7 @@ def orientation(spec: Any, kind: str) -> int:
     return found if found in _SAID else 1
 
 
-def placed(data: Pixels, spec: Any, kind: str) -> tuple[Pixels, tuple[str, ...]]:
+def placed(data: Pixels, spec: OpenImageIO.ImageSpec, kind: str) -> tuple[Pixels, tuple[str, ...]]:
     """``data`` (h, w, c) as stored, put in the display window and upright, and what that took, for people.
 
     A pixel (x, y) of the picture is the data's at (x - spec.x, y - spec.y) over the display window, and 0 where the

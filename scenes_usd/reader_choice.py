@@ -28,7 +28,7 @@ def what_usd_says(text: str, path: Path) -> str:
     """The comments of OpenUSD's errors, without the places in OpenUSD's own source that they come from."""
     plain = " ".join(text.split())
     comments = re.split(r"\s*Error in '[^']*' at line \d+ in file \S+ : ", plain)
-    kept = [each.strip("' ") for each in comments if each.strip("' ")]
+    kept = [comment.strip("' ") for comment in comments if comment.strip("' ")]
     if len(kept) > 1:  # the first says what is wrong, the last that therefore the layer was not opened
         kept = [each for each in kept if not each.startswith("Failed to open layer")] or kept
     return re.sub(rf"{re.escape(str(path))}:(\d+):(\d+):", r"line \1, column \2:", "; ".join(kept))

@@ -37,7 +37,7 @@ class Inputs:
             expected = f"one of {', '.join(sorted(known))}"
             refuse(fault(self.prim, f"inputs:{name}", "unknown input", expected=expected))
 
-    def source(self, name: str) -> Any:
+    def source(self, name: str) -> Usd.Attribute | None:
         """The attribute that gives the input its value, through connections and interfaces; None where nothing does."""
         given = self._authored.get(name)
         sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
@@ -45,7 +45,7 @@ class Inputs:
             raise fault(self.prim, f"inputs:{name}", f"{len(sources)} connections", expected="one")
         return sources[0] if sources else None
 
-    def shaded(self, name: str) -> Any:
+    def shaded(self, name: str) -> Usd.Attribute | None:
         """The output of another shader that gives the input its value; None where none does."""
         source = self.source(name)
         return source if source is not None and _is_output(source) and not self._reads_primvar(source) else None
@@ -92,5 +92,5 @@ class Inputs:
         )
 
 
-def _is_output(source: Any) -> bool:
+def _is_output(source: Usd.Attribute) -> bool:
     return bool(UsdShade.Utils.GetType(source.GetName()) == UsdShade.AttributeType.Output)

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, replace
 
 from notabug.scenes_usd.errors import SceneError
+from notabug.scenes_usd.opinion import Value
 from notabug.scenes_usd.reader_inputs import Inputs
 from notabug.scenes_usd.reader_texture import Coordinates, Textures, Use
 from notabug.scenes_usd.reader_values import (
@@ -74,7 +75,7 @@ class _Reader:
         )
         return _BLACK if all(same(part, 0.0) for part in found) else found
 
-    def map(self, name: str, use: Use, kind: str, plain: object) -> int:
+    def map(self, name: str, use: Use, kind: str, plain: Value) -> int:
         """The texture that the input shows, or -1; where it cannot be shown, ``plain`` of the type ``kind`` would."""
         source = self.inputs.shaded(name)
         if source is None:

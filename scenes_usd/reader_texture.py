@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from pxr import Ar, Usd, UsdShade
@@ -296,10 +296,10 @@ def _transform(shader: UsdShade.Shader) -> tuple[Floats, Floats]:
 
 def _check_inputs(shader: UsdShade.Shader, known: set[str]) -> None:
     """Note the inputs that ``shader`` does not have: no renderer looks at them."""
-    for each in shader.GetInputs():
-        if each.GetBaseName() not in known:
+    for given in shader.GetInputs():
+        if given.GetBaseName() not in known:
             what = f"an input that {shader.GetShaderId()} does not have"
-            note("not read", where(shader.GetPrim(), str(each.GetFullName())), what)
+            note("not read", where(shader.GetPrim(), str(given.GetFullName())), what)
 
 
 def _four(shader: UsdShade.Shader, name: str, fallback: Four) -> Four:
@@ -326,7 +326,7 @@ def _wrap(shader: UsdShade.Shader, name: str) -> Wrap:
     return wrap
 
 
-def _get(shader: UsdShade.Shader, name: str) -> Any:
+def _get(shader: UsdShade.Shader, name: str) -> object:
     """The input's value, through interface connections, whatever its type; None where it has none."""
     given = shader.GetInput(name)
     sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
 from pxr import Sdf, Tf, Usd, UsdGeom
 
 from notabug.scenes_usd.errors import SceneError
-from notabug.scenes_usd.opinion import Opinion
+from notabug.scenes_usd.opinion import Opinion, Value
 from notabug.scenes_usd.reading import frame, going_on, recovered
 from notabug.scenes_usd.scene import Floats, Ints
 
@@ -29,6 +29,8 @@ _MISTYPED = "a value of the wrong type"
 _INT32 = np.iinfo(np.int32)
 
 Colour = tuple[float, float, float]
+Plain = bool | float | tuple[float, ...]
+"""The one value that the contract can say."""
 
 
 def fault(
@@ -52,7 +54,7 @@ def where(prim: Usd.Prim, attribute: str = "") -> str:
     return f"{prim.GetPath()}.{attribute}" if attribute else str(prim.GetPath())
 
 
-def opinion(prim: Usd.Prim, name: str, kind: str, value: Any, because: str = "") -> tuple[Opinion, ...]:
+def opinion(prim: Usd.Prim, name: str, kind: str, value: Value, because: str = "") -> tuple[Opinion, ...]:
     """The opinion that ``name`` of ``prim`` is ``value``."""
     return (Opinion(str(prim.GetPath()), name, kind, value, because),)
 
@@ -102,13 +104,13 @@ def read(prim: Usd.Prim, name: str, attribute: Usd.Attribute) -> Any:
     return first
 
 
-def _alike(a: Any, b: Any) -> bool:
+def _alike(a: object, b: object) -> bool:
     """Whether two values of one attribute are the same: samples of what stands still are written again and again."""
     same_value = a == b
     return bool(same_value) if not hasattr(same_value, "all") else bool(same_value.all())
 
 
-def checked(prim: Usd.Prim, name: str, found: Any, kind: Kind, fallback: Any = None) -> Any:
+def checked(prim: Usd.Prim, name: str, found: object, kind: Kind, fallback: Any = None) -> Any:
     """``found``, which must be of ``kind``, or ``fallback`` for None: USD does not hold authored values to a schema."""
     if found is None:
         return fallback
@@ -124,15 +126,15 @@ def number(prim: Usd.Prim, name: str, fallback: float, *, low: float = -math.inf
     return recovered(lambda: check_number(prim, name, found, low=low, high=high), fallback)
 
 
-def check_number(prim: Usd.Prim, name: str, found: Any, *, low: float = -math.inf, high: float = math.inf) -> float:
+def check_number(prim: Usd.Prim, name: str, found: object, *, low: float = -math.inf, high: float = math.inf) -> float:
     """``found`` as a finite float in [low, high]; one that rounding has put beside the range is its end."""
-    checked(prim, name, found, "number")
-    if not math.isfinite(found) or not _within(found, low, high):
+    number: float = checked(prim, name, found, "number")
+    if number is None or not math.isfinite(number) or not _within(number, low, high):
         raise fault(prim, name, "out of range", expected=_range(low, high), got=repr(found))
-    return min(max(float(found), low), high)
+    return min(max(float(number), low), high)
 
 
-def check_colour(prim: Usd.Prim, name: str, found: Any, *, high: float = 1.0) -> Colour:
+def check_colour(prim: Usd.Prim, name: str, found: object, *, high: float = 1.0) -> Colour:
     """``found`` as three finite floats in [0, high], as ``check_number`` has it."""
     colour = checked(prim, name, found, "numbers")
     if colour is None or len(colour) != 3:
@@ -158,11 +160,11 @@ def vectors_of(prim: Usd.Prim, name: str, attribute: Usd.Attribute, width: int) 
         array = np.zeros((0, width))
     if array.dtype.kind not in "fiu" or array.ndim != 2 or array.shape[1] != width:
         raise fault(prim, name, _MISTYPED, expected=f"an array of {width}-vectors", got=shown(found))
-    array = array.astype(np.float64)
-    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    rows: Floats = array.astype(np.float64)
+    bad = np.flatnonzero(~np.isfinite(rows).all(axis=1))
     if bad.size:
-        raise fault(prim, name, f"element {bad[0]} is not finite", got=str(tuple(array[bad[0]].tolist())))
-    return array
+        raise fault(prim, name, f"element {bad[0]} is not finite", got=str(tuple(rows[bad[0]].tolist())))
+    return rows
 
 
 def integers(prim: Usd.Prim, name: str, attribute: Usd.Attribute | None = None) -> Ints:
@@ -186,7 +188,7 @@ def same(found: float, plain: float) -> bool:
 
 
 def check_plain(
-    prim: Usd.Prim, name: str, found: Any, plain: Any, what: str, do: str = "", mends: tuple[Opinion, ...] = ()
+    prim: Usd.Prim, name: str, found: object, plain: Plain, what: str, do: str = "", mends: tuple[Opinion, ...] = ()
 ) -> None:
     """Refuse ``found`` unless it is ``plain``, up to rounding, or None: the only value the contract can say."""
     if found is not None:
@@ -195,13 +197,14 @@ def check_plain(
 
 
 def _check_plain(
-    prim: Usd.Prim, name: str, found: Any, plain: Any, what: str, do: str, mends: tuple[Opinion, ...]
+    prim: Usd.Prim, name: str, found: object, plain: Plain, what: str, do: str, mends: tuple[Opinion, ...]
 ) -> None:
     if isinstance(plain, bool):
         fits = checked(prim, name, found, "flag") is plain
     elif isinstance(plain, tuple):
-        found = checked(prim, name, found, "numbers")
-        fits = len(found) == len(plain) and all(same(*each) for each in zip(found, plain, strict=True))
+        numbers: tuple[float, ...] = checked(prim, name, found, "numbers")
+        pairs = zip(numbers, plain, strict=False)
+        fits = len(numbers) == len(plain) and all(same(number, other) for number, other in pairs)
     else:
         fits = same(checked(prim, name, found, "number"), plain)
     if not fits:
@@ -212,13 +215,13 @@ def _within(found: float, low: float, high: float) -> bool:
     return low <= found <= high or same(found, low) or same(found, high)
 
 
-def shown(found: Any) -> str:
+def shown(found: object) -> str:
     """A value in a message: long arrays by their beginning."""
     text = " ".join(repr(found).split())
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
-def _array(found: Any) -> npt.NDArray[Any]:
+def _array(found: npt.ArrayLike | None) -> npt.NDArray[np.generic]:
     """``found`` as an array; one of objects where it is none of numbers."""
     try:
         return np.asarray([] if found is None else found)
@@ -226,12 +229,12 @@ def _array(found: Any) -> npt.NDArray[Any]:
         return np.asarray(None)
 
 
-def _as_numbers(found: Any) -> tuple[float, ...] | None:
+def _as_numbers(found: object) -> tuple[float, ...] | None:
     """A vector of USD as floats, or None where it is something else."""
     if isinstance(found, str):
         return None
     try:
-        return tuple(float(each) for each in found)
+        return tuple(float(number) for number in cast(Iterable[float], found))
     except (TypeError, ValueError):
         return None
 

@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -267,7 +267,7 @@ class Camera:
     shift_y: float = field(default=0.0, metadata={"left out": 0.0})
     orthographic: bool = field(default=False, metadata={"left out": False})
 
-    def spans(self, depth: npt.NDArray[np.floating[Any]] | float) -> npt.NDArray[np.floating[Any]] | float:
+    def spans(self, depth: npt.NDArray[np.floating] | float) -> npt.NDArray[np.floating] | float:
         """What ``tan_x`` and ``tan_y`` are multiplied by at ``depth`` along the axis for half of what is seen."""
         return np.ones_like(depth) if self.orthographic else depth
 
@@ -335,7 +335,7 @@ def _digest(scene: Scene) -> str:
     return state.hexdigest()
 
 
-def _feed(state: Any, value: Any) -> None:
+def _feed(state: hashlib.blake2b, value: object) -> None:
     """Add ``value`` to the hash ``state``: arrays by dtype, shape and bytes, dataclasses field by field."""
     if isinstance(value, np.ndarray):
         state.update(f"{value.dtype}{value.shape}".encode())

@@ -84,7 +84,7 @@ def _camera(stage: Usd.Stage, scene: Scene) -> None:
     stage.SetMetadata("renderSettingsPrimPath", "/Render/Settings")
 
 
-def _place(prim: Any, matrix: Floats) -> None:
+def _place(prim: UsdGeom.Xformable, matrix: Floats) -> None:
     if not np.array_equal(matrix, np.eye(4)):
         UsdGeom.Xformable(prim).AddTransformOp().Set(Gf.Matrix4d(*matrix.ravel().tolist()))
 
@@ -131,7 +131,7 @@ def _delta(stage: Usd.Stage, light: Light) -> Any:
     peak = max(light.intensity) or 1.0
     matrix = np.eye(4)
     if light.kind == "point":
-        made: Any = UsdLux.SphereLight.Define(stage, light.path)
+        made: UsdLux.SphereLight | UsdLux.DistantLight = UsdLux.SphereLight.Define(stage, light.path)
         made.CreateNormalizeAttr(True)
         made.CreateTreatAsPointAttr(True)
         if light.shaping is not None:
@@ -173,7 +173,7 @@ def _material(stage: Usd.Stage, material: Material, files: list[tuple[str, Textu
     reflects = any(material.specular) or any(material.mirror) or any(material.transmission)
     shader.CreateIdAttr(REFLECTION if reflects else PREVIEW)
 
-    def say(name: str, kind: Any, value: Any) -> None:
+    def say(name: str, kind: Sdf.ValueTypeName, value: Gf.Vec3f | float | str) -> None:
         shader.CreateInput(name, kind).Set(value)
 
     types = Sdf.ValueTypeNames
@@ -234,7 +234,7 @@ def _preview(
 
 def _texture(
     stage: Usd.Stage, path: str, file: str, texture: Texture, *, name: str = "Texture", output: str = "rgb"
-) -> Any:
+) -> UsdShade.Output:
     types = Sdf.ValueTypeNames
     reader = UsdShade.Shader.Define(stage, f"{path}/Coordinates")
     reader.CreateIdAttr("UsdPrimvarReader_float2")
@@ -259,7 +259,7 @@ def _object(stage: Usd.Stage, each: Object, materials: tuple[Material, ...]) -> 
     _bind(stage, made, each, materials)
 
 
-def _mesh(stage: Usd.Stage, mesh: Mesh, materials: tuple[Material, ...]) -> Any:
+def _mesh(stage: Usd.Stage, mesh: Mesh, materials: tuple[Material, ...]) -> UsdGeom.Mesh:
     matrix = _frame(mesh)
     linear = matrix[:3, :3]
     made = UsdGeom.Mesh.Define(stage, mesh.path)
@@ -295,10 +295,10 @@ def _frame(mesh: Mesh) -> Floats:
     return frame
 
 
-def _rows(kind: Any, rows: Floats) -> Any:
+def _rows(kind: type[Vt.Vec3fArray] | type[Vt.Vec2fArray], rows: Floats) -> Vt.Vec3fArray | Vt.Vec2fArray:
     return kind.FromNumpy(np.ascontiguousarray(rows, np.float32))
 
 
-def _bind(stage: Usd.Stage, made: Any, each: Mesh | Sphere, materials: tuple[Material, ...]) -> None:
+def _bind(stage: Usd.Stage, made: UsdGeom.Gprim, each: Mesh | Sphere, materials: tuple[Material, ...]) -> None:
     material = UsdShade.Material.Get(stage, materials[each.material].path)
     UsdShade.MaterialBindingAPI.Apply(made.GetPrim()).Bind(material)

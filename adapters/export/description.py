@@ -9,7 +9,7 @@ hold linear values, row 0 at v = 1. The shading that is meant is written out in 
 from __future__ import annotations
 
 from dataclasses import asdict, fields
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -23,7 +23,7 @@ SPLIT: Literal["02"] = "02"  # the diagonal by which n-gons are cut where a form
 _MATERIAL = tuple(each.name for each in fields(Material) if each.name not in ("path", "preview"))
 
 
-def describe(scene: Scene) -> dict[str, Any]:
+def describe(scene: Scene) -> dict[str, object]:
     """The scene as JSON's own types."""
     return {
         "notabug_scene": VERSION,
@@ -32,10 +32,10 @@ def describe(scene: Scene) -> dict[str, Any]:
         "width": scene.width,
         "height": scene.height,
         "camera": _camera(scene.camera),
-        "lights": [_light(each) for each in scene.lights],
-        "materials": [_material(each) for each in scene.materials],
+        "lights": [_light(light) for light in scene.lights],
+        "materials": [_material(material) for material in scene.materials],
         "textures": [_texture(index, each) for index, each in enumerate(scene.textures)],
-        "objects": [_object(each) for each in scene.objects],
+        "objects": [_object(shape) for shape in scene.objects],
     }
 
 
@@ -44,7 +44,7 @@ def texture_name(index: int, suffix: str) -> str:
     return f"image{index}{suffix}"
 
 
-def _camera(camera: Camera) -> dict[str, Any]:
+def _camera(camera: Camera) -> dict[str, object]:
     x, y, z, origin = camera.to_world[:, :3].tolist()
     return {
         "position": origin,
@@ -61,8 +61,8 @@ def _camera(camera: Camera) -> dict[str, Any]:
     }
 
 
-def _light(light: Light) -> dict[str, Any]:
-    said: dict[str, Any] = {} if light.shadow_map is None else {"shadow_map": asdict(light.shadow_map)}
+def _light(light: Light) -> dict[str, object]:
+    said: dict[str, object] = {} if light.shadow_map is None else {"shadow_map": asdict(light.shadow_map)}
     said |= {name: factor for name in ("diffuse", "specular") if (factor := getattr(light, name)) != 1.0}
     if light.shaping is not None:
         said["beam"] = {"direction": list(light.direction), **asdict(light.shaping)}
@@ -75,12 +75,12 @@ def _light(light: Light) -> dict[str, Any]:
     return {"kind": "distant", "direction": list(light.direction), "irradiance": list(light.intensity), **said}
 
 
-def _material(material: Material) -> dict[str, Any]:
+def _material(material: Material) -> dict[str, object]:
     said = {name: getattr(material, name) for name in _MATERIAL}
     return said if material.preview is None else {**said, "preview": asdict(material.preview)}
 
 
-def _texture(index: int, texture: Texture) -> dict[str, Any]:
+def _texture(index: int, texture: Texture) -> dict[str, object]:
     height, width = texture.pixels.shape[:2]
     return {
         "pfm": texture_name(index, ".pfm"),
@@ -92,7 +92,7 @@ def _texture(index: int, texture: Texture) -> dict[str, Any]:
     }
 
 
-def _object(each: Object) -> dict[str, Any]:
+def _object(each: Object) -> dict[str, object]:
     if not isinstance(each, Mesh):
         return {
             "kind": "sphere",
@@ -100,7 +100,7 @@ def _object(each: Object) -> dict[str, Any]:
             "radius": each.radius,
             "to_world": np.asarray(each.to_world).tolist(),
         }
-    said: dict[str, Any] = {
+    said: dict[str, object] = {
         "kind": "mesh",
         "material": each.material,
         "points": each.points.tolist(),

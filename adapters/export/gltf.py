@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +19,7 @@ from notabug.adapters.base import UnsupportedError
 from notabug.adapters.export.description import SPLIT, texture_name
 from notabug.scenes_usd.picture import write_png
 from notabug.scenes_usd.scene import Camera, Floats, Light, Material, Mesh, Scene, Texture
+from notabug.scenes_usd.srgb import encode_srgb
 from notabug.scenes_usd.triangulate import triangulate
 
 _WRAP = {"repeat": gltf.REPEAT, "clamp": gltf.CLAMP_TO_EDGE}
@@ -34,11 +34,11 @@ def write_gltf(scene: Scene, folder: Path) -> Path:
         extensionsUsed=["KHR_lights_punctual", "KHR_materials_specular"],
     )
     blob = bytearray()
-    document.extensions["KHR_lights_punctual"] = {"lights": [_light(each) for each in scene.lights]}
+    document.extensions["KHR_lights_punctual"] = {"lights": [_light(light) for light in scene.lights]}
     document.cameras = [_camera(scene.camera)]
     document.nodes = [gltf.Node(camera=0, matrix=np.asarray(scene.camera.to_world).ravel().tolist())]
     document.nodes += [_light_node(index, each) for index, each in enumerate(scene.lights)]
-    document.materials = [_material(each) for each in scene.materials]
+    document.materials = [_material(material) for material in scene.materials]
     for index, texture in enumerate(scene.textures):
         _texture(document, index, texture, folder)
     for index, each in enumerate(scene.objects):
@@ -70,7 +70,7 @@ def _camera(camera: Camera) -> gltf.Camera:
     return gltf.Camera(type="perspective", perspective=perspective)
 
 
-def _light(light: Light) -> dict[str, Any]:
+def _light(light: Light) -> dict[str, object]:
     strength = max(light.intensity)
     colour = [each / strength for each in light.intensity] if strength else [0.0, 0.0, 0.0]
     return {"type": {"point": "point", "distant": "directional"}[light.kind], "color": colour, "intensity": strength}
@@ -113,9 +113,8 @@ def _material(material: Material) -> gltf.Material:
 
 def _texture(document: gltf.GLTF2, index: int, texture: Texture, folder: Path) -> None:
     linear = np.clip(texture.pixels, 0.0, 1.0)
-    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)  # IEC 61966-2-1
     name = texture_name(index, "-srgb.png")
-    write_png(folder / name, encoded)
+    write_png(folder / name, encode_srgb(linear))
     document.images.append(gltf.Image(uri=name))
     document.samplers.append(
         gltf.Sampler(
@@ -137,7 +136,7 @@ def _primitive(document: gltf.GLTF2, blob: bytearray, mesh: Mesh) -> gltf.Primit
     return gltf.Primitive(attributes=attributes, material=mesh.material)
 
 
-def _accessor(document: gltf.GLTF2, blob: bytearray, rows: npt.NDArray[Any], *, bounds: bool = False) -> int:
+def _accessor(document: gltf.GLTF2, blob: bytearray, rows: npt.NDArray[np.floating], *, bounds: bool = False) -> int:
     data = np.ascontiguousarray(rows, "<f4")
     document.bufferViews.append(
         gltf.BufferView(buffer=0, byteOffset=len(blob), byteLength=data.nbytes, target=gltf.ARRAY_BUFFER)

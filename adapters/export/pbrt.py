@@ -25,7 +25,7 @@ def write_pbrt(scene: Scene, folder: Path) -> Path:
         'Sampler "independent" "integer pixelsamples" 16',
         'Integrator "path" "integer maxdepth" 1',
         "WorldBegin",
-        *(_light(each) for each in scene.lights),
+        *(_light(light) for light in scene.lights),
         *(
             f'Texture "texture{index}" "spectrum" "imagemap" "string filename" "{texture_name(index, ".pfm")}" '
             f'"string encoding" "linear" "string filter" "bilinear" "string wrap" "{each.wrap_s}"'

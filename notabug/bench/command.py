@@ -16,12 +16,12 @@ def command(as_json: bool) -> ExitCode:
     """Measure speed and print the figures; exit 1 where one misses what is asked of it."""
     figures = measure()
     if as_json:
-        print(json.dumps({"tool": tool(), "figures": [each.as_dict() for each in figures]}, ensure_ascii=False))
+        print(json.dumps({"tool": tool(), "figures": [figure.as_dict() for figure in figures]}, ensure_ascii=False))
     else:
         table = Table("what", "measured", "asked", "", "note")
-        for each in figures:
-            value = "-" if each.value is None else f"{each.value:.3g} {each.unit}"
-            mark = {True: "✓", False: "✗", None: "?"}[each.met]
-            table.add_row(each.name, value, each.asked, mark, each.note)
+        for figure in figures:
+            value = "-" if figure.value is None else f"{figure.value:.3g} {figure.unit}"
+            mark = {True: "✓", False: "✗", None: "?"}[figure.met]
+            table.add_row(figure.name, value, figure.asked, mark, figure.note)
         console().print(table)
-    return ExitCode.BUG if any(each.met is False for each in figures) else ExitCode.OK
+    return ExitCode.BUG if any(figure.met is False for figure in figures) else ExitCode.OK

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +15,8 @@ import numpy.typing as npt
 from notabug.adapters.base import Adapter, Declaration, Quality, RendererError, UnsupportedError
 from notabug.bench.efficiency_cost import Cost, render
 from notabug.bench.efficiency_error import MEASURES, Floor, errors, floor, relmse
-from notabug.references.tracer.envelope import Envelope, Options, trace_envelope
+from notabug.references.tracer.envelope import Envelope, trace_envelope
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
@@ -87,7 +87,7 @@ class Result:
     front: tuple[float, ...] = ()  # the values of the knob that lie on the scene's Pareto front
     message: str = ""
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return asdict(self)
 
 
@@ -191,25 +191,25 @@ def _floor(setting: Setting, truths: dict[str, Envelope]) -> Floor | None:
         _, picture = render(setting.adapter, setting.scene, quality)
     except (RendererError, UnsupportedError):
         return None
-    shiny = (each.exponent for each in setting.scene.materials if any(each.specular))
+    shiny = (material.exponent for material in setting.scene.materials if any(material.specular))
     return floor(picture, _truth(setting.scene, truths), declared, max(shiny, default=1.0))
 
 
 def _place(setting: Setting, made: _Trials) -> Place:
     noisy = setting.adapter.declaration(_quality(setting.samples, 0)).noisy and len(made.pictures) > 1
     variance = float(np.var(made.pictures, axis=0, ddof=1).mean()) if noisy else None
-    cpu = float(np.median([each.cpu for each in made.nets]))
+    cpu = float(np.median([net.cpu for net in made.nets]))
     return Place(
         value=setting.value,
-        wall=float(np.median([each.wall for each in made.costs])),
-        wall_net=float(np.median([each.wall for each in made.nets])),
-        cpu=float(np.median([each.cpu for each in made.costs])),
+        wall=float(np.median([cost.wall for cost in made.costs])),
+        wall_net=float(np.median([net.wall for net in made.nets])),
+        cpu=float(np.median([cost.cpu for cost in made.costs])),
         cpu_net=cpu,
-        memory=max(each.memory for each in made.costs),
+        memory=max(cost.memory for cost in made.costs),
         errors={name: float(np.median([each[name] for each in made.found])) for name in MEASURES},
         spread={
-            "wall": _span([each.wall for each in made.costs]),
-            "wall_net": _span([each.wall for each in made.nets]),
+            "wall": _span([cost.wall for cost in made.costs]),
+            "wall_net": _span([net.wall for net in made.nets]),
             **{name: _span([each[name] for each in made.found]) for name in MEASURES},
         },
         sampling=float(np.median(made.sampling)),
@@ -253,10 +253,10 @@ def time_to(places: Sequence[Place], target: float) -> float | None:
 
 def _with_fronts(results: Sequence[Result]) -> list[Result]:
     """Mark the places that no other place of the same scene beats in both time and error."""
-    every = [(place.cpu_net, place.errors["relmse"]) for each in results for place in each.places]
+    every = [(place.cpu_net, place.errors["relmse"]) for result in results for place in result.places]
 
     def on_front(place: Place) -> bool:
         time, error = place.cpu_net, place.errors["relmse"]
         return not any(t <= time and e <= error and (t, e) != (time, error) for t, e in every)
 
-    return [replace(each, front=tuple(p.value for p in each.places if on_front(p))) for each in results]
+    return [replace(result, front=tuple(p.value for p in result.places if on_front(p))) for result in results]

@@ -8,9 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
-from notabug.bench.stability_kinds import ABSOLUTE, RELATIVE, edges
-from notabug.metrics.neighbours import widened
+from notabug.bench.stability_kinds import edges
+from notabug.metrics.image_filters import widened
 from notabug.references.tracer.envelope import Envelope
+from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
+from notabug.scenes_usd.srgb import encode_srgb
 
 Floats = npt.NDArray[np.floating]
 
@@ -30,7 +32,7 @@ def errors(picture: Floats, reference: Floats) -> dict[str, float]:
     from notabug.metrics.perceive import flip
 
     map_ = flip(reference, picture)
-    labs = [rgb2lab(_srgb(np.clip(each, 0.0, 1.0))) for each in (reference, picture)]
+    labs = [rgb2lab(encode_srgb(np.clip(each, 0.0, 1.0))) for each in (reference, picture)]
     off = np.abs(picture - reference) > RELATIVE * np.abs(reference) + ABSOLUTE
     return {
         "relmse": relmse(picture, reference),
@@ -48,11 +50,6 @@ def relmse(picture: Floats, reference: Floats) -> float:
     0.009901
     """
     return float(((picture - reference) ** 2 / (reference**2 + _SMALL)).mean())
-
-
-def _srgb(linear: Floats) -> Floats:
-    """IEC 61966-2-1."""
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055)
 
 
 @dataclass(frozen=True, slots=True)

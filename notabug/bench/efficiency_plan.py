@@ -104,7 +104,7 @@ def _epsilons(precision: str, side: int) -> Line:
     scene = _sized(read_scene(name, {"tessellation": "96x48"}), side)
     values = [10.0**-k for k in range(9, -1, -1)]
     settings = tuple(
-        Setting(each, InHouse(precision=precision, start="absolute", epsilon=each), scene, 1)  # type: ignore[arg-type]
-        for each in values
+        Setting(value, InHouse(precision=precision, start="absolute", epsilon=value), scene, 1)  # type: ignore[arg-type]
+        for value in values
     )
     return Line(name, f"inhouse {precision}", "epsilon", settings, None, "acne below, lost shadows above: a valley")

@@ -12,7 +12,6 @@ import tomllib
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from notabug.scenes_usd.errors import NotabugError
 
@@ -129,7 +128,7 @@ def _pictures() -> tuple[tuple[str, bytes], ...]:
         return tuple((path.suffix, path.read_bytes()) for path in sorted(folder.iterdir()))
 
 
-def record() -> dict[str, Any]:
+def record() -> dict[str, object]:
     """A run's record with one result that has a finding."""
     from notabug.metrics.verdict import Finding, Verdict
     from notabug.results.record import DEFAULTS, SCHEMA, Result

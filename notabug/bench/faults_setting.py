@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 import psutil
@@ -109,7 +109,7 @@ class Setting:
         """Scene, verdict and message of each result on record, none where there is no record."""
         path = (out or self.out) / "run.json"
         results = json.loads(path.read_text(encoding="utf-8"))["results"] if path.is_file() else []
-        return [(each["scene"], each["verdict"], each["message"]) for each in results]
+        return [(result["scene"], result["verdict"], result["message"]) for result in results]
 
     def broken(self, out: Path | None = None) -> list[str]:
         """The JSON files of a run that are not whole."""
@@ -154,7 +154,7 @@ def _is_of(process: psutil.Process, folder: str, noted: set[int]) -> bool:
         return False
 
 
-def lay_out(folder: Path, names: Sequence[str], renderer: str = "wild", **settings: Any) -> Setting:
+def lay_out(folder: Path, names: Sequence[str], renderer: str = "wild", **settings: object) -> Setting:
     """Write scenes called ``names`` into ``folder``, the pictures they should give, and the renderer's configuration.
 
     ``settings`` are keys of its table in ``notabug.toml``.

@@ -51,8 +51,8 @@ def command(what: str, *, quick: bool, out: Path, renderers: Sequence[str], resu
         print(json.dumps(document, ensure_ascii=False, allow_nan=False))
     else:
         _show(console(), out / f"{what}.json", drawn)
-    ours = (each for each in rows if str(each["renderer"]).startswith("inhouse float64"))
-    return ExitCode.BUG if any(each.get("broken") for each in ours) else ExitCode.OK
+    ours = (row for row in rows if str(row["renderer"]).startswith("inhouse float64"))
+    return ExitCode.BUG if any(course.get("broken") for course in ours) else ExitCode.OK
 
 
 def _show(to: Console, *paths: Path) -> None:
@@ -62,7 +62,7 @@ def _show(to: Console, *paths: Path) -> None:
 
 def _wanted(name: str, renderers: Sequence[str]) -> bool:
     """``inhouse`` stands for ``inhouse float32`` too."""
-    return not renderers or any(name == each or name.startswith(f"{each} ") for each in renderers)
+    return not renderers or any(name == renderer or name.startswith(f"{renderer} ") for renderer in renderers)
 
 
 def _stability(out: Path, note: Note, quick: bool, renderers: Sequence[str], resume: bool) -> tuple[str, Rows]:
@@ -71,7 +71,7 @@ def _stability(out: Path, note: Note, quick: bool, renderers: Sequence[str], res
     from notabug.bench.stability_sweeps import SWEEPS
     from notabug.bench.stability_theory import SHARE
 
-    entrants = [each for each in contestants() if _wanted(each.name, renderers)]
+    entrants = [contestant for contestant in contestants() if _wanted(contestant.name, renderers)]
     bench = stability.Bench(out / "stability", resume=resume, side=QUICK_SIDE if quick else 0)
     courses = stability.measure(bench, list(SWEEPS.values()), entrants, note, quick=quick)
     about = (
@@ -80,7 +80,7 @@ def _stability(out: Path, note: Note, quick: bool, renderers: Sequence[str], res
         + ("." if quick else f"; that place is bisected to a factor of {stability.FINE:g}.")
         + " Renderers without shadows get the stage lit from the eye. Triangles in the plots are predictions."
     )
-    return about, [each.as_dict() for each in courses]
+    return about, [course.as_dict() for course in courses]
 
 
 def _efficiency(out: Path, note: Note, quick: bool, renderers: Sequence[str], resume: bool) -> tuple[str, Rows]:
@@ -92,7 +92,7 @@ def _efficiency(out: Path, note: Note, quick: bool, renderers: Sequence[str], re
     code = fingerprint("scenes_usd", "references", "adapters", "bench")
     repeats = 2 if quick else REPEATS
     for lines in plan(quick=quick, side=QUICK_SIDE if quick else 0):
-        chosen = [each for each in lines if _wanted(each.renderer, renderers)]
+        chosen = [line for line in lines if _wanted(line.renderer, renderers)]
         if not chosen:
             continue
         kept = out / "efficiency" / f"{chosen[0].scene.replace('/', '-')}-{chosen[0].knob}.json"
@@ -135,7 +135,7 @@ def _metamorphic(out: Path, note: Note, quick: bool, renderers: Sequence[str], r
         who.append((name, metamorphic.drawn_by(each), metamorphic.ROUNDED))
     scenes = metamorphic.stages(metamorphic.SCENES[:2] if quick else metamorphic.SCENES)
     checks = metamorphic.measure(scenes, [each for each in who if _wanted(each[0], renderers)], note)
-    for made in (each for each in checks if each.broken):
+    for made in (check for check in checks if check.broken):
         scene = next(each for each in scenes if each.id == made.scene)
         relation = next(each for each in RELATIONS if each.name == made.relation)
         draw = next(draw for name, draw, _ in who if name == made.renderer)
@@ -145,4 +145,4 @@ def _metamorphic(out: Path, note: Note, quick: bool, renderers: Sequence[str], r
         "Pairs of scenes that must give the same picture at pixel centres; no reference is needed. Pixels within one "
         "of an edge or a terminator are counted apart: there the last bit decides what is seen."
     )
-    return about, [each.as_dict() for each in checks]
+    return about, [check.as_dict() for check in checks]

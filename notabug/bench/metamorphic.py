@@ -6,15 +6,15 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Adapter, Quality, RendererError, UnsupportedError
 from notabug.bench.metamorphic_relations import RELATIONS, Relation
-from notabug.metrics.neighbours import widened
-from notabug.references.tracer.envelope import Envelope, Options, trace_envelope
+from notabug.metrics.image_filters import widened
+from notabug.references.tracer.envelope import Envelope, trace_envelope
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 
@@ -53,7 +53,7 @@ class Check:
     def broken(self) -> bool:
         return not self.message and (self.pixels > 0 or self.edge_pixels > max(2, FEW * SIDE * SIDE))
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return asdict(self) | {"broken": self.broken}
 
 
@@ -71,7 +71,7 @@ def drawn_by(adapter: Adapter) -> Draw:
     return draw
 
 
-def in_house(precision: Any = np.float64) -> Draw:
+def in_house(precision: npt.DTypeLike = np.float64) -> Draw:
     """Our own tracer's picture, not rounded to a file's float32."""
     from notabug.references.tracer.envelope import trace_picture
 
@@ -120,7 +120,7 @@ def delicate(scene: Scene) -> Bools:
 def stages(names: Sequence[str] = SCENES, side: int = SIDE) -> list[Scene]:
     """The scenes on which relations are checked, ``side`` pixels wide."""
     scenes = [read_scene(name) for name in names]
-    return [replace(each, width=side, height=round(side * each.height / each.width)) for each in scenes]
+    return [replace(scene, width=side, height=round(side * scene.height / scene.width)) for scene in scenes]
 
 
 def measure(

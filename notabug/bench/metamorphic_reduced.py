@@ -36,7 +36,7 @@ def write_reduced(
         write_scene(relation.first(small), folder / "scene.usda"),
         write_scene(other, folder / "double.usda"),
     )
-    one, two = (draw(read_scene(each)) for each in files)  # what was written, not what it was written from
+    one, two = (draw(read_scene(file)) for file in files)  # what was written, not what it was written from
     y, x = divmod(int(np.abs(one - two).max(axis=2).argmax()), one.shape[1])
     values = " | ".join(" ".join(f"{float(value):.6g}" for value in each[y, x]) for each in (one, two))
     write_text(

@@ -46,27 +46,27 @@ def scale(scene: Scene) -> Scene:
 def bake(scene: Scene) -> Scene:
     """Meshes without a transform of their own; spheres keep only their place."""
     moved: list[Object] = []
-    for each in scene.objects:
-        if isinstance(each, Mesh):
-            moved.append(replace(each, to_world=np.eye(4)))
+    for shape in scene.objects:
+        if isinstance(shape, Mesh):
+            moved.append(replace(shape, to_world=np.eye(4)))
             continue
-        size = float(np.cbrt(np.linalg.det(each.to_world[:3, :3])))
-        even = np.allclose(each.to_world[:3, :3] @ each.to_world[:3, :3].T, size**2 * np.eye(3), atol=1e-9 * size**2)
+        size = float(np.cbrt(np.linalg.det(shape.to_world[:3, :3])))
+        even = np.allclose(shape.to_world[:3, :3] @ shape.to_world[:3, :3].T, size**2 * np.eye(3), atol=1e-9 * size**2)
         place = np.eye(4)
-        place[3, :3] = each.to_world[3, :3]
-        moved.append(replace(each, radius=each.radius * size, to_world=place) if even else each)
+        place[3, :3] = shape.to_world[3, :3]
+        moved.append(replace(shape, radius=shape.radius * size, to_world=place) if even else shape)
     return replace(scene, objects=tuple(moved))
 
 
 def split(scene: Scene) -> Scene | None:
     """The largest mesh as two: every second face in each."""
-    meshes = [each for each in scene.meshes if len(each.counts) > 1]
+    meshes = [mesh for mesh in scene.meshes if len(mesh.counts) > 1]
     if not meshes or scene.intent is not None:
         return None
-    largest = max(meshes, key=lambda each: len(each.counts))
+    largest = max(meshes, key=lambda mesh: len(mesh.counts))
     odd = np.arange(len(largest.counts)) % 2 == 1
     parts = [replace(keep_faces(largest, half), path=largest.path + end) for half, end in ((~odd, "A"), (odd, "B"))]
-    objects = [part for each in scene.objects for part in (parts if each is largest else [each])]
+    objects = [part for shape in scene.objects for part in (parts if shape is largest else [shape])]
     return replace(scene, objects=tuple(objects))
 
 
@@ -89,9 +89,11 @@ def reorder_objects(scene: Scene) -> Scene | None:
 
 
 def reorder_faces(scene: Scene) -> Scene | None:
-    if not any(len(each.counts) > 1 for each in scene.meshes):
+    if not any(len(mesh.counts) > 1 for mesh in scene.meshes):
         return None
-    return replace(scene, objects=tuple(_reversed(each) if isinstance(each, Mesh) else each for each in scene.objects))
+    return replace(
+        scene, objects=tuple(_reversed(shape) if isinstance(shape, Mesh) else shape for shape in scene.objects)
+    )
 
 
 def _reversed(mesh: Mesh) -> Mesh:
@@ -109,16 +111,16 @@ def _reversed(mesh: Mesh) -> Mesh:
 def identity_texture(scene: Scene) -> Scene | None:
     """Every constant colour from a texture of that colour."""
     textures, materials = list(scene.textures), []
-    for each in scene.materials:
-        if each.texture >= 0:
-            materials.append(each)
+    for material in scene.materials:
+        if material.texture >= 0:
+            materials.append(material)
             continue
-        pixels = np.broadcast_to(np.array(each.diffuse), (2, 2, 3)).copy()
-        materials.append(replace(each, texture=len(textures)))
+        pixels = np.broadcast_to(np.array(material.diffuse), (2, 2, 3)).copy()
+        materials.append(replace(material, texture=len(textures)))
         textures.append(Texture(Path(f"constant{len(textures)}"), pixels, "clamp", "clamp"))
     if len(textures) == len(scene.textures) or list(scene.spheres):
         return None
-    objects = tuple(_with_uv(each) if isinstance(each, Mesh) else each for each in scene.objects)
+    objects = tuple(_with_uv(shape) if isinstance(shape, Mesh) else shape for shape in scene.objects)
     return replace(scene, textures=tuple(textures), materials=tuple(materials), objects=objects)
 
 
@@ -134,10 +136,10 @@ def _with_uv(mesh: Mesh) -> Mesh:
 
 def identity_normals(scene: Scene) -> Scene | None:
     """Flat facets with their own normals written out."""
-    if not any(each.normals is None for each in scene.meshes):
+    if not any(mesh.normals is None for mesh in scene.meshes):
         return None
     return replace(
-        scene, objects=tuple(_with_normals(each) if isinstance(each, Mesh) else each for each in scene.objects)
+        scene, objects=tuple(_with_normals(shape) if isinstance(shape, Mesh) else shape for shape in scene.objects)
     )
 
 
@@ -153,10 +155,10 @@ def _with_normals(mesh: Mesh) -> Mesh:
 
 def two_half_lights(scene: Scene) -> Scene:
     lights = []
-    for each in scene.lights:
-        r, g, b = each.intensity
-        half = replace(each, intensity=(r / 2.0, g / 2.0, b / 2.0))
-        lights += [half, replace(half, path=each.path + "Again")]
+    for light in scene.lights:
+        r, g, b = light.intensity
+        half = replace(light, intensity=(r / 2.0, g / 2.0, b / 2.0))
+        lights += [half, replace(half, path=light.path + "Again")]
     return replace(scene, lights=tuple(lights))
 
 

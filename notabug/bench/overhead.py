@@ -74,7 +74,7 @@ class Bench:
         lines = [f"{key} = {json.dumps(value)}" for key, value in entry.items()]  # strings and lists are TOML too
         (folder / "notabug.toml").write_text("\n".join(["[renderers.fifty]", *lines, ""]), encoding="utf-8")
         holes = {"scene": "", "image": str(folder / "out.pfm"), "folder": str(folder), "width": str(SIDE)}
-        return cls(folder, names, [filled(each, holes) for each in words])
+        return cls(folder, names, [filled(word, holes) for word in words])
 
     def adapter(self) -> Adapter:
         return configured("fifty", renderer_tables(self.folder / "notabug.toml")["fifty"], {})
@@ -136,7 +136,7 @@ def measure(folder: Path, jobs: int = JOBS, rounds: int = ROUNDS) -> dict[str, f
         at_once, _ = bench.run(at_work, threads)
         typed = bench.typed()
         bare = _seconds(lambda: bench.command(jobs))
-        note(passed=sum(each.verdict.word == "pass" for each in results))
+        note(passed=sum(result.verdict.word == "pass" for result in results))
         note(bare=bare, one_at_a_time=alone, at_once=at_once, command=typed)
         note(one_at_a_time_over_bare=alone / bare - 1.0)
         note(at_once_over_bare=at_once / bare - 1.0, command_over_bare=typed / bare - 1.0)

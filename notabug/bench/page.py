@@ -54,17 +54,20 @@ def draw(out: Path) -> Path:
     return page
 
 
+Rows = Sequence[dict[str, Any]]
+
+
 def _inline(path: Path) -> Markup:
     """A plot of ours as part of the page: without the XML head."""
     text = path.read_text("utf-8")
     return Markup(text[text.index("<svg") :])  # noqa: S704 - drawn by us; matplotlib escapes its labels
 
 
-def _stability(rows: Sequence[dict[str, Any]], plots: Path) -> list[Part]:
-    courses = [course_from(each) for each in rows]
+def _stability(rows: Rows, plots: Path) -> list[Part]:
+    courses = [course_from(row) for row in rows]
     parts = []
     for name in SWEEPS:
-        mine = [each for each in courses if each.sweep == name]
+        mine = [course for course in courses if course.sweep == name]
         if not mine:
             continue
         plot = stability_plot(mine, plots / f"stability-{folder_name(name)}.svg")
@@ -99,10 +102,10 @@ def result_from(data: dict[str, Any]) -> efficiency.Result:
     return efficiency.Result(**{**data, "places": places, "floor": found, "front": tuple(data["front"])})
 
 
-def _efficiency(rows: Sequence[dict[str, Any]], plots: Path) -> list[Part]:
-    results = [result_from(each) for each in rows]
+def _efficiency(rows: Rows, plots: Path) -> list[Part]:
+    results = [result_from(row) for row in rows]
     parts = []
-    for (scene, knob), group in groupby(results, key=lambda each: (each.scene, each.knob)):
+    for (scene, knob), group in groupby(results, key=lambda result: (result.scene, result.knob)):
         mine = list(group)
         plot = efficiency_plot(mine, plots / f"efficiency-{folder_name(f'{scene}-{knob}')}.svg")
         table = tuple(
@@ -134,10 +137,10 @@ def _check_from(data: dict[str, Any]) -> metamorphic.Check:
     return metamorphic.Check(**{**fields, "place": tuple(data["place"])})
 
 
-def _metamorphic(rows: Sequence[dict[str, Any]], _: Path) -> list[Part]:
-    checks = [_check_from(each) for each in rows]
+def _metamorphic(rows: Rows, _: Path) -> list[Part]:
+    checks = [_check_from(row) for row in rows]
     parts = []
-    for renderer, group in groupby(checks, key=lambda each: each.renderer):
+    for renderer, group in groupby(checks, key=lambda check: check.renderer):
         mine = list(group)
         table = tuple(
             (

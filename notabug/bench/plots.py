@@ -6,12 +6,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from notabug.bench.efficiency import Result
 from notabug.bench.stability import Course
 from notabug.bench.stability_sweeps import SWEEPS
 from notabug.bench.stability_theory import SHARE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Okabe and Ito 2008, "Color Universal Design"; yellow is left out, it is too faint on white.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#7F7F7F", "#8C564B")
@@ -36,12 +39,12 @@ def stability_plot(courses: Sequence[Course], path: Path) -> Path:
     sweep = SWEEPS[courses[0].sweep]
     curves = [
         Curve(
-            each.renderer,
-            tuple(point.value for point in each.points if point.share is not None),
-            tuple(max(point.share, LEAST) for point in each.points if point.share is not None),
-            tick=each.predicted,
+            course.renderer,
+            tuple(point.value for point in course.points if point.share is not None),
+            tuple(max(point.share, LEAST) for point in course.points if point.share is not None),
+            tick=course.predicted,
         )
-        for each in courses
+        for course in courses
     ]
     label = f"{sweep.title} [{sweep.unit}]" if sweep.unit else sweep.title
     return draw(curves, path, label, "share of wrong pixels", level=SHARE, falling=not sweep.rising)
@@ -51,14 +54,14 @@ def efficiency_plot(results: Sequence[Result], path: Path) -> Path:
     """relMSE over processor time, or over the knob where that is not samples; large marks: the Pareto front."""
     timed = results[0].knob == "samples"
     curves = []
-    for each in results:
-        places = [place for place in each.places if not timed or place.cpu_net > 0.0]
+    for result in results:
+        places = [place for place in result.places if not timed or place.cpu_net > 0.0]
         curves.append(
             Curve(
-                each.renderer,
+                result.renderer,
                 tuple(place.cpu_net if timed else place.value for place in places),
                 tuple(max(place.errors["relmse"], 1e-16) for place in places),
-                marked=tuple(i for i, place in enumerate(places) if timed and place.value in each.front),
+                marked=tuple(i for i, place in enumerate(places) if timed and place.value in result.front),
             )
         )
     return draw(curves, path, "processor seconds, start not counted" if timed else results[0].knob, "relMSE")
@@ -110,11 +113,11 @@ def draw(
     return path
 
 
-def _label(axes: Any, ends: Sequence[tuple[str, str, float, float]]) -> None:
+def _label(axes: Axes, ends: Sequence[tuple[str, str, float, float]]) -> None:
     """Names in the margin, at the height of their line's end, moved apart where they would touch."""
     low, high = (math.log10(each) for each in axes.get_ylim())
     heights: list[float] = []
-    ordered = sorted(ends, key=lambda each: each[3])
+    ordered = sorted(ends, key=lambda end: end[3])
     for _, _, _, y in ordered:
         wanted = (math.log10(y) - low) / (high - low)
         heights.append(max(wanted, heights[-1] + _LINE) if heights else wanted)

@@ -14,7 +14,7 @@ def about_sweep(courses: Sequence[Course]) -> str:
     sweep = SWEEPS[courses[0].sweep]
     unit = f" {sweep.unit}" if sweep.unit else ""
     parts = []
-    broken = sorted((each for each in courses if each.onset is not None), key=_order, reverse=not sweep.rising)
+    broken = sorted((course for course in courses if course.onset is not None), key=_order, reverse=not sweep.rising)
     for each in broken:
         assert each.onset is not None
         said = f"{each.renderer} breaks at {_number(each.onset)}{unit} ({each.kind})"
@@ -26,11 +26,11 @@ def about_sweep(courses: Sequence[Course]) -> str:
         else:
             said += f", {abs(off):.1f} decades {'after' if (off > 0) == sweep.rising else 'before'} the prediction"
         parts.append(said + ".")
-    drawn = [each for each in courses if each.onset is None and all(p.share is not None for p in each.points)]
+    drawn = [course for course in courses if course.onset is None and all(p.share is not None for p in course.points)]
     if drawn:
         names = _listed([each.renderer for each in drawn])
         parts.append(f"{names} {'is' if len(drawn) == 1 else 'are'} right all the way.")
-    refused = [each.renderer for each in courses if any(point.share is None for point in each.points)]
+    refused = [course.renderer for course in courses if any(point.share is None for point in course.points)]
     if refused:
         parts.append(f"{_listed(refused)} cannot draw it.")
     return " ".join(parts)
@@ -48,7 +48,9 @@ def _factor(decades: float) -> str:
 def about_efficiency(results: Sequence[efficiency.Result]) -> str:
     """One paragraph on one scene and knob."""
     parts = []
-    timed = sorted((each for each in results if each.time_to_target), key=lambda each: each.time_to_target or 0.0)
+    timed = sorted(
+        (result for result in results if result.time_to_target), key=lambda result: result.time_to_target or 0.0
+    )
     if results[0].knob == "samples":
         if timed:
             best = timed[0]
@@ -58,34 +60,36 @@ def about_efficiency(results: Sequence[efficiency.Result]) -> str:
                 + "".join(f", {each.renderer} {_seconds(each.time_to_target)}" for each in timed[1:])
                 + "."
             )
-        never = [each.renderer for each in results if each.places and each.time_to_target is None]
+        never = [result.renderer for result in results if result.places and result.time_to_target is None]
         if never:
             parts.append(f"{_listed(never)} {'does' if len(never) == 1 else 'do'} not get there.")
         if results[0].bias > 0.0:
             least = f"{results[0].bias:.1g}"
             parts.append(f"No number of samples goes below relMSE {least}, which is facet self-shadow.")
-    for each in results:
-        if each.message:
-            parts.append(f"{each.renderer}: {each.message}.")
+    for result in results:
+        if result.message:
+            parts.append(f"{result.renderer}: {result.message}.")
             continue
-        if each.slope is not None and each.theory is not None:
-            parts.append(f"{each.renderer}: rms error falls as {each.knob}^{each.slope:.2f}, theory {each.theory:g}.")
-        if each.knob == "epsilon" and each.places:
-            low = min(each.places, key=lambda place: place.errors["relmse"])
+        if result.slope is not None and result.theory is not None:
+            parts.append(
+                f"{result.renderer}: rms error falls as {result.knob}^{result.slope:.2f}, theory {result.theory:g}."
+            )
+        if result.knob == "epsilon" and result.places:
+            low = min(result.places, key=lambda place: place.errors["relmse"])
             enough = 2.0 * low.errors["relmse"]
-            good = [place.value for place in each.places if place.errors["relmse"] <= enough]
-            parts.append(f"{each.renderer}: least error for epsilons from {min(good):g} to {max(good):g}.")
-        gains = [place.efficiency for place in each.places if place.efficiency]
+            good = [place.value for place in result.places if place.errors["relmse"] <= enough]
+            parts.append(f"{result.renderer}: least error for epsilons from {min(good):g} to {max(good):g}.")
+        gains = [place.efficiency for place in result.places if place.efficiency]
         if gains:
             parts.append(f"Its efficiency 1/(variance x time) is {max(gains):.1g} at best.")
-        if each.floor is not None:
-            parts.append(f"Its floor is a median relative error of {each.floor.median:.1g}: {each.floor.cause}.")
+        if result.floor is not None:
+            parts.append(f"Its floor is a median relative error of {result.floor.median:.1g}: {result.floor.cause}.")
     return " ".join(parts)
 
 
 def about_relations(checks: Sequence[metamorphic.Check]) -> str:
     """One paragraph on one renderer."""
-    done = [each for each in checks if not each.message]
+    done = [check for check in checks if not check.message]
     broken = [each for each in done if each.broken]
     if not done:
         return "Nothing could be checked."

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from notabug.adapters.base import Quality
+from notabug.adapters.base import Declaration, Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.bench.memory import PICTURES
 from notabug.metrics.judge import judge
@@ -52,7 +52,7 @@ class Figure:
     met: bool | None
     note: str = ""
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return asdict(self)
 
 
@@ -145,7 +145,11 @@ def _verdicts() -> list[Figure]:
         with tempfile.TemporaryDirectory(prefix="notabug-") as folder:
             pictures = [read_picture(each.image).pixels for each in adapter.render(scene, Path(folder), quality)]
 
-        def work(pictures: Any = pictures, scene: Scene = scene, declaration: Any = declaration) -> None:
+        def work(
+            pictures: Sequence[npt.NDArray[np.float32]] = pictures,
+            scene: Scene = scene,
+            declaration: Declaration = declaration,
+        ) -> None:
             judge(pictures, scene, declaration, perceive=False)
 
         (seconds,) = _best(work)

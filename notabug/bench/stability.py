@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -71,7 +70,7 @@ class Course:
             return None
         return math.log10(self.onset / self.predicted)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return asdict(self) | {"decades_off": self.decades_off}
 
 
@@ -157,7 +156,7 @@ def course(bench: Bench, sweep: Sweep, contestant: Contestant, *, quick: bool = 
                 else:
                     good = made.value
         onset, kind = last.value, last.kind
-    ordered = tuple(sorted(points, key=lambda each: each.value, reverse=not sweep.rising))
+    ordered = tuple(sorted(points, key=lambda point: point.value, reverse=not sweep.rising))
     return Course(sweep.name, contestant.name, contestant.version, ordered, onset, kind, _within(sweep, contestant))
 
 
@@ -197,18 +196,18 @@ def measure(
         note(sentence(made))
         return made
 
-    jobs = [(sweep, each) for sweep in sweeps for each in entrants]
+    jobs = [(sweep, entrant) for sweep in sweeps for entrant in entrants]
     with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(work, jobs))
 
 
 def sentence(made: Course) -> str:
     """What came of one course, in words."""
-    if any(each.share is None for each in made.points):
+    if any(point.share is None for point in made.points):
         return f"{made.sweep}, {made.renderer}: cannot be drawn"
     expected = "theory expects none" if made.predicted is None else f"theory says {made.predicted:.1g}"
     if made.onset is None:
-        worst = max((each.share or 0.0) for each in made.points)
+        worst = max((point.share or 0.0) for point in made.points)
         return f"{made.sweep}, {made.renderer}: right all the way ({worst:.1%} wrong at most; {expected})"
     return f"{made.sweep}, {made.renderer}: {made.kind} from {made.onset:.2g} on ({expected})"
 

@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -79,9 +79,10 @@ def _drawn_by(each: Adapter) -> Callable[[Scene], Floats]:
     return draw
 
 
-def _tracer(precision: Any, version: str, rule: Any) -> Contestant:
+def _tracer(precision: Precision, version: str, rule: Literal["exact", "absolute"]) -> Contestant:
     """Our tracer: by its own rule, which leaves out the facet that a shadow ray starts on, or by a fixed epsilon."""
-    from notabug.references.tracer.envelope import Options, trace_picture
+    from notabug.references.tracer.envelope import trace_picture
+    from notabug.references.tracer.options import Options
 
     options = Options(shadows="facets", ties="nearest", start=rule, epsilon=EPSILON if rule == "absolute" else 0.0)
 
@@ -97,7 +98,7 @@ def _tracer(precision: Any, version: str, rule: Any) -> Contestant:
     return Contestant(name, version, analysed, declared, draw, double=precision == "float64")
 
 
-def _rasteriser(precision: Any, version: str) -> Contestant:
+def _rasteriser(precision: Precision, version: str) -> Contestant:
     from notabug.references.raster.picture import RasterOptions, raster_picture
 
     def draw(scene: Scene) -> Floats:

@@ -13,14 +13,15 @@ from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.bench.stability_scenes import headlit
-from notabug.metrics.neighbours import widened
-from notabug.references.tracer.envelope import Envelope, Options, trace_envelope
+from notabug.metrics.image_filters import widened
+from notabug.references.tracer.envelope import Envelope, trace_envelope
+from notabug.references.tracer.options import Options
+from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
 Bools = npt.NDArray[np.bool_]
 
-RELATIVE, ABSOLUTE = 0.004, 5e-4  # step 3 of docs/judge.md: a margin, not a variance
 WHOLE = 0.9  # of an object's or a shadow's pixels: so many, and it is lost, not damaged
 NEAR_EDGE = 1 / 32  # of the picture's width from the edge of a shadow or an outline: there, it has moved
 

@@ -63,7 +63,7 @@ def ball(name: str, centre: tuple[float, float, float], radius: float, material:
     faces = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2)]
     faces += [(10, 7, 6), (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5), (2, 4, 11)]
     faces += [(6, 2, 10), (8, 6, 7), (9, 8, 1)]
-    place = [np.asarray(each, np.float64) / math.hypot(1.0, g) for each in points]
+    place = [np.asarray(point, np.float64) / math.hypot(1.0, g) for point in points]
     middle: dict[tuple[int, int], int] = {}
 
     def between(a: int, b: int) -> int:
@@ -183,7 +183,7 @@ def slivers(aspect: float) -> Scene:
             points += [(x0, 0.0, length / 2), (x1, 0.0, length / 2), (x1, 0.0, -length / 2), (x0, 0.0, -length / 2)]
             faces += [(base, base + 1, base + 2), (base, base + 2, base + 3)]
         strips.append(mesh(f"Strips{colour}", np.array(points), faces, colour))
-    turned = tuple(replace(each, points=each.points @ rotation((0, 1, 0), 19.0)[:3, :3]) for each in strips)
+    turned = tuple(replace(strip, points=strip.points @ rotation((0, 1, 0), 19.0)[:3, :3]) for strip in strips)
     return _scene("slivers", turned, lamp((2.4, 4.5, 1.6), 2.5), camera())
 
 

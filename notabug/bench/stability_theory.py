@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from notabug.bench import stability_scenes as stages
-from notabug.bench.stability_kinds import RELATIVE
+from notabug.references.tracer.precision import RELATIVE
 
 UNIT = {"float32": 2.0**-24, "float64": 2.0**-53}
 

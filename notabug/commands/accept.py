@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from notabug.exit_codes import ExitCode
-from notabug.results.expect_file import HEAD, VERDICTS, ExpectationError, values, with_entry
+from notabug.results.expect_file import ACCEPTED, HEAD, ExpectationError, values, with_entry
 from notabug.results.expectation import Band, Entry, found_names
 from notabug.results.record import Result, load
 from notabug.results.wording import area, strongest
@@ -63,7 +63,7 @@ def entry_for(
 ) -> Entry:
     """The entry that expects ``result`` again, its area and jnd within ``share`` of what they are."""
     word = result.verdict.word
-    if word not in VERDICTS:
+    if word not in ACCEPTED:
         raise SelectionError("there is nothing to accept", where=f"{result.scene} {result.renderer}", got=word)
     names = found_names(result)
     return Entry(
@@ -93,16 +93,16 @@ def _result(results: Sequence[Result], scene: str, renderer: str, variants: Sequ
     wanted = {variant_word(key, value) for key, values in parse_variants(variants).items() for value in values}
     wanted |= set(view.words)
     found = [
-        each
-        for each in results
-        if each.scene == scene and each.renderer == renderer and wanted <= set(each.variant.split(","))
+        result
+        for result in results
+        if result.scene == scene and result.renderer == renderer and wanted <= set(result.variant.split(","))
     ]
     if len(found) == 1:
         return found[0]
     if found:
         got = "; ".join(each.variant for each in found)
         raise SelectionError(f"{len(found)} variants in the run", where=scene, got=got, do="name one with --variant")
-    got = ", ".join(sorted({f"{each.scene} {each.renderer}" for each in results})[:8])
+    got = ", ".join(sorted({f"{result.scene} {result.renderer}" for result in results})[:8])
     raise SelectionError("no such result in the run", where=f"{scene} {renderer}", got=got or "an empty run")
 
 

@@ -150,7 +150,7 @@ def _other(adapter: Adapter, cards: Sequence[Choice], quality: Quality) -> Readi
     return None
 
 
-def _plain(reading: Reading) -> dict[str, Any]:
+def _plain(reading: Reading) -> dict[str, object]:
     plain = asdict(reading)
     plain["shift"], plain["causes"] = list(reading.shift), list(reading.causes)
     return plain

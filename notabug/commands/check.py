@@ -51,10 +51,10 @@ def _left(source: str, variants: dict[str, str], view: View) -> int:
 
 def by_path(survey: Survey) -> list[Remark]:
     """The remarks by prim path, the worst of a prim first."""
-    return sorted(survey.remarks, key=lambda each: (each.path, ORDER.index(each.kind), each.where))
+    return sorted(survey.remarks, key=lambda remark: (remark.path, ORDER.index(remark.kind), remark.where))
 
 
-def as_document(source: str, survey: Survey) -> dict[str, Any]:
+def as_document(source: str, survey: Survey) -> dict[str, object]:
     """What ``check --json`` prints."""
     return {
         "schema": "notabug-check/1",
@@ -65,7 +65,7 @@ def as_document(source: str, survey: Survey) -> dict[str, Any]:
     }
 
 
-def _as_dict(remark: Remark) -> dict[str, Any]:
+def _as_dict(remark: Remark) -> dict[str, object]:
     error = remark.error
     said = {"expected": error.expected, "got": error.got, "do": error.do} if error is not None else {}
     return {
@@ -74,19 +74,19 @@ def _as_dict(remark: Remark) -> dict[str, Any]:
         "where": remark.where,
         "what": remark.what,
         **{key: text for key, text in said.items() if text},
-        "adapt": [f"{each.path}.{each.name}" for each in remark.mends],
+        "adapt": [f"{mend.path}.{mend.name}" for mend in remark.mends],
     }
 
 
-def what_is_read(scene: Scene) -> list[dict[str, Any]]:
+def what_is_read(scene: Scene) -> list[dict[str, object]]:
     """Everything that is drawn or lights, by its path."""
     rows: list[dict[str, Any]] = [{"path": scene.camera.path, "as": "camera"}]
     rows += [{"path": light.path, "as": f"{light.kind} light"} for light in scene.lights]
-    for each in scene.objects:
-        row: dict[str, Any] = {"path": each.path, "as": "mesh" if isinstance(each, Mesh) else "sphere"}
-        if isinstance(each, Mesh):
-            row["faces"] = len(each.counts)
-        rows.append({**row, "material": scene.materials[each.material].path})
+    for shape in scene.objects:
+        row: dict[str, Any] = {"path": shape.path, "as": "mesh" if isinstance(shape, Mesh) else "sphere"}
+        if isinstance(shape, Mesh):
+            row["faces"] = len(shape.counts)
+        rows.append({**row, "material": scene.materials[shape.material].path})
     return rows
 
 
@@ -105,7 +105,7 @@ def show(out: Console, source: str, survey: Survey, left: int = 0) -> None:
     out.print(Text(f"{source}: {told}"), soft_wrap=True)
     if survey.scene is not None:
         scene = survey.scene
-        faces = sum(len(each.counts) for each in scene.meshes)
+        faces = sum(len(mesh.counts) for mesh in scene.meshes)
         numbers = [counted(len(scene.objects), "object"), counted(faces, "face"), counted(len(scene.lights), "light")]
         numbers += [counted(len(scene.materials), "material"), counted(len(scene.textures), "texture")]
         out.print(

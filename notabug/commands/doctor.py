@@ -40,7 +40,7 @@ def checks() -> list[Check]:
         except NotabugError as error:
             found.append(Check(name, None, f"{error}; to install: {adapter.install}"))
         else:
-            remarks = "".join(f"; {each}" for each in there.remarks)
+            remarks = "".join(f"; {remark}" for remark in there.remarks)
             found.append(Check(name, True, f"{there.version} at {there.where}{remarks}"))
     return found
 

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 from filelock import FileLock
 from rich.console import Console
@@ -140,7 +140,18 @@ def _run(words: list[str], name: str, seconds: float) -> Ended:
         return run_child(words, where=name, folder=Path(folder), timeout=seconds, environment=alone, limits=limits)
 
 
-def _row(name: str, recipe: Recipe) -> dict[str, Any]:
+class Row(TypedDict):
+    """What is told of a renderer."""
+
+    renderer: str
+    installed: str
+    megabytes: int
+    licence: str
+    python: str
+    requirements: list[str]
+
+
+def _row(name: str, recipe: Recipe) -> Row:
     """What is told of the renderer ``name``."""
     there = installed(environment_folder(name))
     return {

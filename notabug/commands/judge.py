@@ -23,7 +23,7 @@ from notabug.exit_codes import ExitCode
 from notabug.printable import escaped
 from notabug.report.page import draw
 from notabug.results.gate import Gate, code_of
-from notabug.results.record import SCHEMA, Result, json_ready
+from notabug.results.record import Result, json_ready, run_document
 from notabug.results.wording import number, readable
 from notabug.runs.folders import folder_name, write_json
 from notabug.runs.judge_files import judge_pictures
@@ -91,17 +91,15 @@ def command(
     )
     result = Gate().judged(result)
     total = time.perf_counter() - begun
-    document = {
-        "schema": SCHEMA,
-        "tool": tool(),
-        "command": ["notabug", *sys.argv[1:]],
-        "finished": True,
-        "seconds": {"total": total, "render": 0.0, "outside": total},
-        "renderers": {"file": {"version": "", "where": ""}},
-        "declaration": json_ready({name: getattr(declaration, name) for name in Declaration.__slots__}),
-        "calibration": [],
-        "results": [result.as_dict()],
-    }
+    plain = run_document(
+        tool=tool(),
+        command=["notabug", *sys.argv[1:]],
+        seconds={"total": total, "render": 0.0, "outside": total},
+        renderers={"file": {"version": "", "where": ""}},
+        results=[result],
+    )
+    said = {name: getattr(declaration, name) for name in Declaration.__slots__}
+    document = {**plain, "declaration": json_ready(said)}
     if out is not None:
         write_json(out / "run.json", document)
         page = draw(out)
@@ -133,13 +131,13 @@ def declare(
     srgb: bool,
     noisy: bool | None,
     samples: int = 0,
-    said: Mapping[str, Any] | None = None,
+    said: Mapping[str, object] | None = None,
 ) -> Declaration:
     """What is known about pictures that came as files: the options, and the number format of the coarsest file.
 
     ``said`` is what is declared beyond the options. Nothing else is known.
     """
-    coarsest = max(pictures, key=lambda each: each.quantum)
+    coarsest = max(pictures, key=lambda picture: picture.quantum)
     made = Declaration(
         precision="float64" if precision == "float64" else "float32",
         filter=cast(Filter, filter_name),
@@ -152,7 +150,8 @@ def declare(
         samples=samples,
         **declared.unknown(),
     )
-    return replace(made, **{"hit_error": -1.0, **said}) if said else made
+    fields: dict[str, Any] = {"hit_error": -1.0, **(said or {})}
+    return replace(made, **fields) if said else made
 
 
 def _kept(images: Sequence[Path], pictures: Sequence[Picture], folder: Path, *, anew: bool) -> list[Path]:
@@ -186,12 +185,12 @@ def _show(out: Console, result: Result, *, quiet: bool) -> None:
         out.print(verdict.message, markup=False)
     if quiet:
         return
-    for each in verdict.findings:
-        x0, y0, x1, y1 = each.region
-        line = f"  {each.kind}: {readable(each.name)}, {number(round(each.area_px, 1))} px in "
+    for finding in verdict.findings:
+        x0, y0, x1, y1 = finding.region
+        line = f"  {finding.kind}: {readable(finding.name)}, {number(round(finding.area_px, 1))} px in "
         line += f"[{x0}, {x1}) x [{y0}, {y1}), "
-        line += f"jnd {number(each.jnd, 2)}, z {number(each.z)}{'' if each.visible else ', invisible'}"
-        out.print(Text(line + (f": {each.message}" if each.message else "")))
+        line += f"jnd {number(finding.jnd, 2)}, z {number(finding.z)}{'' if finding.visible else ', invisible'}"
+        out.print(Text(line + (f": {finding.message}" if finding.message else "")))
     out.print(what_was_read(result.channels, result.notes), style="dim", markup=False, soft_wrap=True)
     numbers = ", ".join(f"{readable(name)} {number(value, 4)}" for name, value in verdict.numbers.items())
     if numbers:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rich.table import Table
@@ -22,30 +22,30 @@ from notabug.scenes_usd.catalogue import scenes
 from notabug.scenes_usd.reader import read_scene
 
 
-def list_scenes() -> list[dict[str, Any]]:
+def list_scenes() -> list[dict[str, object]]:
     """Every scene of the corpus with its claim, in the order of the paper's table."""
     return [
         {
-            "id": each.id,
-            "variants": [f"{name} ({len(values)})" for name, values in each.variants.items()],
-            "claim": each.claim,
+            "id": scene.id,
+            "variants": [f"{name} ({len(values)})" for name, values in scene.variants.items()],
+            "claim": scene.claim,
         }
-        for each in scenes()
+        for scene in scenes()
     ]
 
 
-def list_variants() -> list[dict[str, Any]]:
+def list_variants() -> list[dict[str, object]]:
     """Every variant set: its scene, its variants, its default."""
     return [
-        {"scene": each.id, "set": name, "variants": list(values), "default": each.defaults.get(name, "")}
-        for each in scenes()
-        for name, values in each.variants.items()
+        {"scene": scene.id, "set": name, "variants": list(values), "default": scene.defaults.get(name, "")}
+        for scene in scenes()
+        for name, values in scene.variants.items()
     ]
 
 
-def list_renderers() -> list[dict[str, Any]]:
+def list_renderers() -> list[dict[str, object]]:
     """Every adapter: the renderer's version or how to install it, and what it can draw."""
-    rows = []
+    rows: list[dict[str, object]] = []
     for name, adapter in adapters().items():
         try:
             version = adapter.find().version
@@ -55,24 +55,24 @@ def list_renderers() -> list[dict[str, Any]]:
     return rows
 
 
-def list_models() -> list[dict[str, Any]]:
+def list_models() -> list[dict[str, object]]:
     """Every limitation, convention and fault that can act on a scene of the corpus, and on which."""
     rows: dict[str, dict[str, Any]] = {}
-    for each in scenes():
-        for model in models(read_scene(each.id)):
+    for scene in scenes():
+        for model in models(read_scene(scene.id)):
             row = rows.setdefault(
                 model.name,
                 {"model": model.name, "kind": model.kind, "rule": model.rule, "claim": model.claim, "scenes": []},
             )
-            if each.id not in row["scenes"]:  # several models of one name differ in a parameter
-                row["scenes"].append(each.id)
+            if scene.id not in row["scenes"]:  # several models of one name differ in a parameter
+                row["scenes"].append(scene.id)
     order = ("limitation", "convention", "fault")
     return sorted(rows.values(), key=lambda row: (order.index(row["kind"]), row["model"]))
 
 
-def list_workarounds() -> list[dict[str, Any]]:
+def list_workarounds() -> list[dict[str, object]]:
     """Every workaround with the class it serves, in the order of the paper's table."""
-    rows = (
+    return [
         {
             "workaround": each.name,
             "class": each.artifact_class,
@@ -80,12 +80,11 @@ def list_workarounds() -> list[dict[str, Any]]:
             "claim": each.claim,
             "caveat": each.caveat,
         }
-        for each in workarounds()
-    )
-    return sorted(rows, key=lambda row: CLASSES.index(row["class"]))
+        for each in sorted(workarounds(), key=lambda workaround: CLASSES.index(workaround.artifact_class))
+    ]
 
 
-LISTS = {
+LISTS: Mapping[str, Callable[[], Sequence[Mapping[str, object]]]] = {
     "scenes": list_scenes,
     "variants": list_variants,
     "renderers": list_renderers,
@@ -113,20 +112,26 @@ def ranges(places: Sequence[int]) -> str:
     return ", ".join(str(run[0]) if len(run) == 1 else f"{run[0]}-{run[-1]}" for run in runs)
 
 
-def _numbered(rows: Sequence[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[str]]:
+def _numbered(rows: Sequence[Mapping[str, object]]) -> tuple[list[dict[str, object]], list[str]]:
     """Models with their scenes as numbers, and the names of these, each once."""
     names = [entry.id for entry in scenes()]
     place = {name: at for at, name in enumerate(names, 1)}
     shown = []
     for row in rows:
-        own = sorted(place[name] for name in row["scenes"])
-        shown.append(row | {"scenes": "all" if len(own) == len(names) else ranges(own)})
+        own = sorted(place[str(name)] for name in _many(row["scenes"]))
+        shown.append({**row, "scenes": "all" if len(own) == len(names) else ranges(own)})
     return shown, names
+
+
+def _many(value: object) -> list[object]:
+    """``value``, which is a list."""
+    assert isinstance(value, list)
+    return value
 
 
 def command(topic: str, as_json: bool) -> ExitCode:
     """Print one of the lists; the code is NOTHING where it is empty."""
-    rows = LISTS[topic]()
+    rows: Sequence[Mapping[str, object]] = LISTS[topic]()
     if as_json:
         print(escaped(json.dumps({topic: rows}, ensure_ascii=False)))
     elif rows:
@@ -137,7 +142,7 @@ def command(topic: str, as_json: bool) -> ExitCode:
         for name, value in rows[0].items():
             table.add_column(name, no_wrap=isinstance(value, str) and name not in _WIDE)
         for row in rows:
-            cells = (", ".join(value) if isinstance(value, list) else str(value) for value in row.values())
+            cells = (", ".join(map(str, value)) if isinstance(value, list) else str(value) for value in row.values())
             table.add_row(*map(Text, cells))
         console().print(table)
         if names:

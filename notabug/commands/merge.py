@@ -6,13 +6,14 @@ import json
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 from notabug.adapters.trees import make
 from notabug.exit_codes import ExitCode
 from notabug.report.page import draw
+from notabug.results.document import RendererSaid, RunDocument
 from notabug.results.gate import code_of
-from notabug.results.record import SCHEMA, Result, load
+from notabug.results.record import Result, load, run_document
 from notabug.results.wording import tally
 from notabug.runs.folders import sole_writer, write_json
 from notabug.runs.progress import console
@@ -36,7 +37,7 @@ def command(folders: Sequence[Path], out: Path, partial: bool = False, as_json: 
     if as_json:
         print(json.dumps(load(out), ensure_ascii=False, allow_nan=False))
         return code_of(results)
-    console().print(tally(each.verdict.word for each in results), style="bold")
+    console().print(tally(result.verdict.word for result in results), style="bold")
     console().print(f"{out / 'run.json'}\n{page}", markup=False, soft_wrap=True)
     return code_of(results)
 
@@ -78,21 +79,21 @@ def merge(folders: Sequence[Path], out: Path, *, partial: bool = False) -> list[
             shutil.copyfile(source, out / name)
         found = [result for _, result in results.values()]
         document = _document(documents, found, [result for _, result in cards.values()])
-        write_json(out / "run.json", document | {"finished": not gaps, "partial": bool(gaps)})
+        write_json(out / "run.json", {**document, "finished": not gaps, "partial": bool(gaps)})
     return found
 
 
-def _unfinished(folders: Sequence[Path], documents: Sequence[dict[str, Any]]) -> list[str]:
+def _unfinished(folders: Sequence[Path], documents: Sequence[RunDocument]) -> list[str]:
     """The runs that were stopped: the same command goes on where it did."""
     runs = zip(folders, documents, strict=True)
     return [f"the end of the run in {folder}" for folder, each in runs if not each["finished"]]
 
 
-def _missing_shards(documents: Sequence[dict[str, Any]]) -> list[str]:
+def _missing_shards(documents: Sequence[RunDocument]) -> list[str]:
     """The shards that none of the runs is, nor was merged from."""
-    jobs = [each["jobs"] for each in documents]
-    jobs += [part for each in jobs for part in each.get("merged", ())]
-    there = {each.get("shard", "") for each in jobs} - {""}
+    jobs = [document["jobs"] for document in documents]
+    jobs += [part for job in jobs for part in job.get("merged", ())]
+    there = {job.get("shard", "") for job in jobs} - {""}
     counts = {each.partition("/")[2] for each in there}
     if len(counts) > 1:
         raise MergeError("shards of different runs", got=", ".join(sorted(there)), expected="one number of shards")
@@ -102,12 +103,12 @@ def _missing_shards(documents: Sequence[dict[str, Any]]) -> list[str]:
 
 
 def _gathered(
-    folders: Sequence[Path], documents: Sequence[dict[str, Any]], what: str
+    folders: Sequence[Path], documents: Sequence[RunDocument], what: Literal["results", "calibration"]
 ) -> dict[Key, tuple[Path, Result]]:
     """The results by job, with the folder that each is in, in the order of scenes, variants and renderers."""
     found: dict[Key, tuple[Path, Result]] = {}
     for folder, document in zip(folders, documents, strict=True):
-        for each in (Result.from_dict(data) for data in document[what]):
+        for each in map(Result.from_dict, document["results"] if what == "results" else document["calibration"]):
             key = (each.scene, each.variant, each.renderer)
             there = found.setdefault(key, (folder, each))
             if what == "results" and (there[1].verdict.word, there[1].state) != (each.verdict.word, each.state):
@@ -116,29 +117,31 @@ def _gathered(
     return dict(sorted(found.items()))
 
 
-def _document(documents: Sequence[dict[str, Any]], results: list[Result], cards: list[Result]) -> dict[str, Any]:
+def _document(documents: Sequence[RunDocument], results: list[Result], cards: list[Result]) -> RunDocument:
     first = documents[0]
-    met = {(each.renderer, each.scene, each.variant) for each in results}
+    met = {(result.renderer, result.scene, result.variant) for result in results}
     entries = [entry for each in documents for entry in each["gate"]["unused"]]
     unused = {(each["renderer"], each["scene"], each["variant"]): each for each in entries}
-    renderers: dict[str, Any] = {}
-    for each in documents:
-        for name, found in each["renderers"].items():
+    renderers: dict[str, RendererSaid] = {}
+    for document in documents:
+        for name, found in document["renderers"].items():
             if "missing" in renderers.get(name, {"missing": ""}):
                 renderers[name] = found
-    return {
-        "schema": SCHEMA,
-        "tool": first["tool"],
-        "command": first["command"],
-        "seconds": {
-            key: sum(each["seconds"].get(key, 0.0) for each in documents) for key in ("total", "render", "outside")
+    return run_document(
+        tool=first["tool"],
+        command=first["command"],
+        seconds={
+            key: sum(document["seconds"].get(key, 0.0) for document in documents)
+            for key in ("total", "render", "outside")
         },
-        "jobs": {"merged": [part for each in documents for part in each["jobs"].get("merged", [each["jobs"]])]},
-        "gate": first["gate"] | {"unused": [each for key, each in sorted(unused.items()) if key not in met]},
-        "renderers": renderers,
-        "calibration": [each.as_dict() for each in cards],
-        "results": [each.as_dict() for each in results],
-    }
+        jobs={
+            "merged": [part for document in documents for part in document["jobs"].get("merged", [document["jobs"]])]
+        },
+        gate={**first["gate"], "unused": [entry for key, entry in sorted(unused.items()) if key not in met]},
+        renderers=renderers,
+        calibration=cards,
+        results=results,
+    )
 
 
 def _source(folder: Path, out: Path, name: str) -> Path:

@@ -112,7 +112,7 @@ def readme(
     expected, found = (triple(each[y, x]) for each in (shown.expected, shown.found))
     off = float(np.abs(shown.found - shown.expected).max())
     made = " ".join(filter(None, [who.name, version, *settings]))
-    again = " ".join([*(f"--set {each}" for each in settings), f"--samples {shown.samples}"])
+    again = " ".join([*(f"--set {setting}" for setting in settings), f"--samples {shown.samples}"])
     return (
         f"# {readable(name).capitalize()} in {made}\n\n"
         f"`scene.usda` is all it takes: {size(shown.scene)}.\n\n"

@@ -78,7 +78,7 @@ def command(asked: Asked) -> ExitCode:
     pictures = Pictures(plan.out)
     state = _done(plan, pictures, asked.detail, quiet)
     rows = workarounds.rows(selected, state.results)
-    document = state.document()
+    document: dict[str, object] = {**state.document()}
     if asked.remedies:
         document["workarounds"] = [row.as_dict() for row in rows]
         write_json(plan.out / "run.json", document)

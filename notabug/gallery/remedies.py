@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from notabug.gallery.exhibits import Drawn, Exhibit
+from notabug.gallery.entries import Drawn, Exhibit
 from notabug.gallery.store import Store
 from notabug.references.models.model import models
 from notabug.references.predict import predict
@@ -45,14 +45,14 @@ def remedies(store: Store, exhibits: Sequence[Exhibit], white: float) -> list[Re
     """Every workaround that ``references.workarounds`` describes."""
     return [
         Remedy(
-            each.name,
-            each.artifact_class,
-            each.claim,
-            each.cites,
-            each.caveat,
-            *_sides(each, store, exhibits, white),
+            workaround.name,
+            workaround.artifact_class,
+            workaround.claim,
+            workaround.cites,
+            workaround.caveat,
+            *_sides(workaround, store, exhibits, white),
         )
-        for each in workarounds()
+        for workaround in workarounds()
     ]
 
 
@@ -83,9 +83,9 @@ def _place(setting: Setting) -> tuple[str, str]:
 
 
 def _drawn(exhibits: Sequence[Exhibit], scene: str, variant: str) -> dict[str, Drawn]:
-    for each in exhibits:
-        if (each.scene, each.variant) == (scene, variant):
-            return {name: drawn for name, drawn in each.latest.items() if drawn.thumb}
+    for exhibit in exhibits:
+        if (exhibit.scene, exhibit.variant) == (scene, variant):
+            return {name: drawn for name, drawn in exhibit.latest.items() if drawn.thumb}
     return {}
 
 
@@ -95,7 +95,7 @@ def _predicted(setting: Setting, reduces: Sequence[str], store: Store, white: fl
         return ""
     try:
         scene = read_scene(setting.scene, setting.variants)
-        acting = tuple(each for each in models(scene) if each.name in reduces)[:1]
+        acting = tuple(model for model in models(scene) if model.name in reduces)[:1]
         return store.thumb(np.asarray(predict(scene, acting).mean), white=white)
     except NotabugError:
         return ""

@@ -8,12 +8,11 @@ import json
 from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 from urllib.parse import urlencode
 
 import numpy as np
 
-from notabug.gallery.exhibits import Exhibit, Run, collect, document, own_models, read_run, scene_of
+from notabug.gallery.entries import Exhibit, Run, collect, document, own_models, read_run, scene_of
 from notabug.gallery.remedies import remedies
 from notabug.gallery.store import Store
 from notabug.gallery.taxonomy import Kind, taxonomy
@@ -23,8 +22,10 @@ from notabug.gallery.trend import trends
 from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
 from notabug.references.raster.picture import RasterOptions, raster_picture
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.results import conformance
+from notabug.results.document import ResultSaid
 from notabug.results.wording import STYLE, WORST_FIRST
 from notabug.scenes_usd.catalogue import PREVIEW
 from notabug.scenes_usd.errors import NotabugError
@@ -119,7 +120,7 @@ def _pages(
         "viewer": viewer_address,
     }
 
-    def page(template: str, name: str, **more: Any) -> None:
+    def page(template: str, name: str, **more: object) -> None:
         root = "../" if "/" in name else ""
         store.text(name, jinja.get_template(template).render(**shared, root=root, **more))
 
@@ -170,7 +171,7 @@ def _features(exhibits: list[Exhibit]) -> list[tuple[Exhibit, conformance.Row]]:
     return [(named[name], row) for name, row in found.items()]
 
 
-def _latest(exhibits: list[Exhibit]) -> Iterator[dict[str, Any]]:
+def _latest(exhibits: list[Exhibit]) -> Iterator[ResultSaid]:
     for exhibit in exhibits:
         for drawn in exhibit.latest.values():
             yield drawn.result.as_dict()

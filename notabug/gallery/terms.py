@@ -11,7 +11,7 @@ from notabug.references.tracer.probe import probe
 from notabug.scenes_usd.scene import Scene
 
 
-def terms(scene: Scene, step: int) -> dict[str, Any]:
+def terms(scene: Scene, step: int) -> dict[str, object]:
     """The tracer's terms at the centres of every ``step``-th pixel of ``scene``, row by row.
 
     Each point is ``[object, face, depth, normal, facet normal, N'.V, u, v, albedo, lights]`` or 0 for the background;
@@ -31,13 +31,13 @@ def terms(scene: Scene, step: int) -> dict[str, Any]:
                 continue
             lights = [
                 [
-                    names.setdefault(each.path, len(names)),
-                    *_short(each.cosine, each.geometric_cosine, each.distance),
-                    names.setdefault(each.blocker, len(names)),
-                    *_short(each.share),
-                    int(each.spared),
+                    names.setdefault(light.path, len(names)),
+                    *_short(light.cosine, light.geometric_cosine, light.distance),
+                    names.setdefault(light.blocker, len(names)),
+                    *_short(light.share),
+                    int(light.spared),
                 ]
-                for each in seen.lights
+                for light in seen.lights
             ]
             points.append(
                 [
@@ -55,4 +55,4 @@ def terms(scene: Scene, step: int) -> dict[str, Any]:
 
 
 def _short(*values: float) -> list[float | None]:
-    return [float(f"{each:.5g}") if math.isfinite(each) else None for each in values]
+    return [float(f"{value:.5g}") if math.isfinite(value) else None for value in values]

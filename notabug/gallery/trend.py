@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from notabug.gallery.exhibits import Exhibit, Run
+from notabug.gallery.entries import Exhibit, Run
+from notabug.results.changes import RANK, between
 from notabug.results.record import Result
-from notabug.results.wording import STYLE, area, finding_names, strongest
-
-_ORDER = {word: at for at, word in enumerate(STYLE)}
-_BAND = 0.05  # of an area or strength: less is rounding, noise of seeds, another machine
+from notabug.results.wording import area, number, strongest
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +42,7 @@ class Line:
 
     @property
     def path(self) -> str:
-        top = max((each for each in self.values if each is not None), default=0.0) or 1.0
+        top = max((value for value in self.values if value is not None), default=0.0) or 1.0
         last = max(1, len(self.values) - 1)
         points = [(100 * at / last, 22 - 20 * each / top) for at, each in enumerate(self.values) if each is not None]
         return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
@@ -72,13 +70,13 @@ class Trend:
 
 def trends(exhibits: Sequence[Exhibit], runs: Sequence[Run]) -> list[Trend]:
     """A trend for each renderer that two or more runs hold."""
-    renderers = dict.fromkeys(each.renderer for run in runs for each in run.results)
+    renderers = dict.fromkeys(result.renderer for run in runs for result in run.results)
     made = []
     for renderer in renderers:
-        own = [run for run in runs if any(each.renderer == renderer for each in run.results)]
+        own = [run for run in runs if any(result.renderer == renderer for result in run.results)]
         if len(own) > 1:
             courses = tuple(_course(exhibit, renderer, own) for exhibit in exhibits)
-            courses = tuple(each for each in courses if any(each.results))
+            courses = tuple(course for course in courses if any(course.results))
             steps = tuple(_step(courses, own, at) for at in range(len(own) - 1, 0, -1))
             made.append(Trend(renderer, tuple(own), steps, courses))
     return made
@@ -88,9 +86,9 @@ def _course(exhibit: Exhibit, renderer: str, runs: Sequence[Run]) -> Course:
     found = {id(each.run): each.result for each in exhibit.drawn if each.result.renderer == renderer}
     results = tuple(found.get(id(run)) for run in runs)
     lines = (
-        Line("area, px", tuple(None if each is None else area(each) for each in results)),
-        Line("strength, jnd", tuple(None if each is None else strongest(each) for each in results)),
-        Line("time, s", tuple(None if each is None else each.seconds.get("render", 0.0) for each in results)),
+        Line("area, px", tuple(None if result is None else area(result) for result in results)),
+        Line("strength, jnd", tuple(None if result is None else strongest(result) for result in results)),
+        Line("time, s", tuple(None if result is None else result.seconds.get("render", 0.0) for result in results)),
     )
     return Course(exhibit.scene, exhibit.variant, results, lines)
 
@@ -106,21 +104,21 @@ def _step(courses: Sequence[Course], runs: Sequence[Run], at: int) -> Step:
             same += 1
         else:
             changes.append(change)
-    changes.sort(key=lambda each: (each.better is not False, -_ORDER[each.after.verdict.word]))
+    changes.sort(key=lambda each: (each.better is not False, -RANK[each.after.verdict.word]))
     return Step(runs[at - 1], runs[at], tuple(changes), same)
 
 
 def _change(course: Course, before: Result, after: Result) -> Change | None:
-    old, new = before.verdict.word, after.verdict.word
-    if old != new:
-        rank = {"pass": 0, "limitation": 1, "bug": 2}
-        better = rank[new] < rank[old] if old in rank and new in rank else None
-        return Change(course.scene, course.variant, before, after, better, f"{old} → {new}")
-    if finding_names(before) != finding_names(after):
-        what = f"{finding_names(before) or 'nothing'} → {finding_names(after) or 'nothing'}"
-        return Change(course.scene, course.variant, before, after, None, what)
-    was, now = area(before), area(after)
-    if abs(now - was) > max(1.0, _BAND * was):
-        what = f"area {was:.0f} → {now:.0f} px"
-        return Change(course.scene, course.variant, before, after, now < was, what)
-    return None
+    change = between(before, after)
+    if change is None:
+        return None
+    if change.before != change.after:
+        what = f"{change.before} → {change.after}"
+    elif change.names_before != change.names_after:
+        what = f"{change.names_before or 'nothing'} → {change.names_after or 'nothing'}"
+    elif change.area_px[0] != change.area_px[1]:
+        what = f"area {change.area_px[0]:.0f} → {change.area_px[1]:.0f} px"
+    else:
+        what = f"strength {number(change.jnd[0], 2)} → {number(change.jnd[1], 2)} jnd"
+    better = {"worse": False, "better": True, "other": None}[change.course]
+    return Change(course.scene, course.variant, before, after, better, what)

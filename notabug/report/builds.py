@@ -6,16 +6,16 @@ import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from notabug.exit_codes import ExitCode
 from notabug.report.github import github
 from notabug.report.junit import junit
 from notabug.report.markdown import markdown
 from notabug.report.sarif import sarif
+from notabug.results.document import RunDocument
 from notabug.results.record import Result, load
 
-Writer = Callable[[dict[str, Any], list[Result], Path], str]
+Writer = Callable[[RunDocument, list[Result], Path], str]
 WRITERS: dict[str, Writer] = {"junit": junit, "github": github, "markdown": markdown, "sarif": sarif}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from notabug.commands.diff import Change, compare
+from notabug.results.changes import Change, compare
 from notabug.results.record import Result
 
 CHANGES = ("new", "worse", "better", "fixed")
@@ -40,4 +40,4 @@ def _told(change: Change) -> str:
         return ""
     if change.after == "pass" and change.before in ("bug", "error", "inconclusive"):
         return "fixed"
-    return "better"
+    return "better" if change.course == "better" else ""

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from notabug.report.next_steps import going_on
 from notabug.report.sentence import scene_file, sentence, title
+from notabug.results.document import RunDocument
 from notabug.results.record import Result
 
 
-def github(document: dict[str, Any], results: list[Result], out: Path) -> str:
+def github(document: RunDocument, results: list[Result], out: Path) -> str:
     """An error for what fails, a warning for what a gate lets pass though it was not expected, and commands."""
     del document
     lines = []
-    for each in results:
-        if each.fails or each.surprising or each.verdict.word == "error":
-            level = "error" if each.fails else "warning"
-            place = f"file={_value(scene_file(each))},title={_value(title(each))}"
-            told = "\n".join(part for part in (sentence(each), going_on(each, out)) if part)
+    for result in results:
+        if result.fails or result.surprising or result.verdict.word == "error":
+            level = "error" if result.fails else "warning"
+            place = f"file={_value(scene_file(result))},title={_value(title(result))}"
+            told = "\n".join(part for part in (sentence(result), going_on(result, out)) if part)
             lines.append(f"::{level} {place}::{_data(told)}")
     return "".join(f"{line}\n" for line in lines)
 

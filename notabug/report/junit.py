@@ -5,22 +5,22 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 from notabug.report.next_steps import going_on
 from notabug.report.sentence import sentence
+from notabug.results.document import RunDocument
 from notabug.results.record import Result
 
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # by XML 1.0
 SKIPPED = frozenset({"unsupported", "inconclusive"})
 
 
-def junit(document: dict[str, Any], results: list[Result], out: Path) -> str:
+def junit(document: RunDocument, results: list[Result], out: Path) -> str:
     """The run ``document`` as one XML document; what fails is a failure, an error that fails an error."""
     suites = ElementTree.Element("testsuites", name="notabug")
-    for renderer in dict.fromkeys(each.renderer for each in results):
-        own = [each for each in results if each.renderer == renderer]
+    for renderer in dict.fromkeys(result.renderer for result in results):
+        own = [result for result in results if result.renderer == renderer]
         version = document["renderers"].get(renderer, {}).get("version", "")
         _suite(suites, _text(f"notabug.{renderer}"), own, version, out)
     for renderer, found in document["renderers"].items():
@@ -33,20 +33,20 @@ def junit(document: dict[str, Any], results: list[Result], out: Path) -> str:
 
 
 def _suite(suites: ElementTree.Element, name: str, results: Sequence[Result], version: str, out: Path) -> None:
-    errors = sum(each.fails and each.verdict.word == "error" for each in results)
+    errors = sum(result.fails and result.verdict.word == "error" for result in results)
     suite = _counts(
         suites,
         name,
         tests=len(results),
-        failures=sum(each.fails for each in results) - errors,
+        failures=sum(result.fails for result in results) - errors,
         errors=errors,
-        skipped=sum(not each.fails and each.verdict.word in SKIPPED for each in results),
-        time=sum(sum(each.seconds.values()) for each in results),
+        skipped=sum(not result.fails and result.verdict.word in SKIPPED for result in results),
+        time=sum(sum(result.seconds.values()) for result in results),
     )
     properties = ElementTree.SubElement(suite, "properties")
     ElementTree.SubElement(properties, "property", name="renderer_version", value=_text(version))
-    for each in results:
-        _case(suite, each, out)
+    for result in results:
+        _case(suite, result, out)
 
 
 def _counts(

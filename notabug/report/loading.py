@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
+from notabug.results.document import RunDocument
 from notabug.results.record import Result
 from notabug.scenes_usd.errors import NotabugError
 
 
-def results_of(document: dict[str, Any]) -> list[Result]:
+def results_of(document: RunDocument) -> list[Result]:
     """The results that the ``document``, as ``notabug.results.record.load`` gives it, holds."""
     return [Result.from_dict(data) for data in document["results"]]
 

@@ -5,28 +5,33 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from notabug.metrics.verdict import GLYPH
 from notabug.printable import printable
+from notabug.results.document import RunDocument
 from notabug.results.record import Result
 from notabug.results.wording import area, finding_names, number, strongest, tally
 
 _MARKS = re.compile(r"([\\`*_{}\[\]<>()#+\-.!|~&@])")
 
 
-def markdown(document: dict[str, Any], results: list[Result], out: Path) -> str:
+def markdown(document: RunDocument, results: list[Result], out: Path) -> str:
     """What fails, what was accepted, and the count of verdicts for each renderer."""
     del out
     gate = document.get("gate", {"unused": [], "file": ""})
-    failing = [each for each in results if each.fails]
-    known = [each for each in results if not each.fails and (each.because or each.surprising)]
-    lines = ["## notabug", "", f"{_plain(tally(each.verdict.word for each in results))}; {len(failing)} failing", ""]
+    failing = [result for result in results if result.fails]
+    known = [result for result in results if not result.fails and (result.because or result.surprising)]
+    lines = [
+        "## notabug",
+        "",
+        f"{_plain(tally(result.verdict.word for result in results))}; {len(failing)} failing",
+        "",
+    ]
     lines += _table("Failing", failing)
     lines += _table("Accepted, or other than expected", known)
     lines += ["| renderer | verdicts |", "|---|---|"]
-    for renderer in dict.fromkeys(each.renderer for each in results):
-        words = tally(each.verdict.word for each in results if each.renderer == renderer)
+    for renderer in dict.fromkeys(result.renderer for result in results):
+        words = tally(result.verdict.word for result in results if result.renderer == renderer)
         lines.append(f"| {_plain(renderer)} | {_plain(words)} |")
     lines += [
         f"| {_plain(name)} | not installed: {_plain(found['missing'])} |"
@@ -42,11 +47,11 @@ def _table(name: str, results: Sequence[Result]) -> list[str]:
     if not results:
         return []
     lines = [f"### {name}", "", "| | scene | variant | renderer | found | area px | jnd | state | |", "|---" * 9 + "|"]
-    for each in results:
-        note = each.because or each.verdict.message
-        cells = (GLYPH[each.verdict.word], each.scene, each.variant, each.renderer, finding_names(each))
-        sizes = (number(round(area(each), 1)), number(strongest(each), 2)) if each.verdict.findings else ("", "")
-        lines.append("| " + " | ".join(_plain(text) for text in (*cells, *sizes, each.state, note)) + " |")
+    for result in results:
+        note = result.because or result.verdict.message
+        cells = (GLYPH[result.verdict.word], result.scene, result.variant, result.renderer, finding_names(result))
+        sizes = (number(round(area(result), 1)), number(strongest(result), 2)) if result.verdict.findings else ("", "")
+        lines.append("| " + " | ".join(_plain(text) for text in (*cells, *sizes, result.state, note)) + " |")
     return [*lines, ""]
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from notabug.commands.accept import entry_for
 from notabug.printable import printable
-from notabug.results.expect_file import VERDICTS, entry_text
+from notabug.results.expect_file import ACCEPTED, entry_text
 from notabug.results.record import Result
 from notabug.scenes_usd.view import options_for
 
@@ -32,7 +32,7 @@ def going_on(result: Result, out: Path) -> str:
 
 def accept_command(result: Result, out: Path) -> str:
     """Writes ``result`` to the expectation file; "" where there is nothing to accept."""
-    if result.verdict.word not in VERDICTS:
+    if result.verdict.word not in ACCEPTED:
         return ""
     words = ["notabug", "accept", result.scene, "-r", result.renderer]
     words += options_for(result.variant)
@@ -43,7 +43,7 @@ def accept_command(result: Result, out: Path) -> str:
 
 def accept_entry(result: Result, models: str) -> str:
     """The entry of ``notabug.expect.toml`` that ``accept_command`` writes, to be pasted where there is no run."""
-    if result.verdict.word not in VERDICTS:
+    if result.verdict.word not in ACCEPTED:
         return ""
     return entry_text(entry_for(result, REASON, models, "", None, 0.1))
 

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from markupsafe import Markup
 
@@ -20,6 +19,7 @@ from notabug.report.drawing import FOLDER, Pictures
 from notabug.report.legend import LEGEND
 from notabug.report.loading import results_of
 from notabug.report.rows import Group, Key, Row, Summary, changes_against, groups, key, make_row, summarise
+from notabug.results.document import RunDocument
 from notabug.results.record import Result, load
 from notabug.results.wording import WORST_FIRST
 from notabug.runs.folders import write_text
@@ -74,7 +74,7 @@ def draw(
 
 
 def _rows(
-    document: dict[str, Any],
+    document: RunDocument,
     results: Sequence[Result],
     out: Path,
     pictures: Pictures,
@@ -98,7 +98,7 @@ def _rows(
 
 
 def _page(
-    document: dict[str, Any],
+    document: RunDocument,
     found: Sequence[Group],
     summary: Summary,
     white: float,

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.report.magma import MAGMA
+from notabug.scenes_usd.srgb import encode_srgb
 
 Bytes = npt.NDArray[np.uint8]
 
@@ -20,8 +21,7 @@ def tone_map(pixels: npt.NDArray[np.floating], white: float = 1.0) -> Bytes:
     """(h, w, 3) linear radiance as 8-bit sRGB (IEC 61966-2-1): ``white`` and above clip to 255, NaN is magenta."""
     finite = np.isfinite(pixels).all(axis=2)
     linear = np.clip(np.nan_to_num(pixels) / white, 0.0, 1.0)
-    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    out: Bytes = np.rint(encoded * 255.0).astype(np.uint8)
+    out: Bytes = np.rint(encode_srgb(linear) * 255.0).astype(np.uint8)
     out[~finite] = _NOT_FINITE
     return out
 

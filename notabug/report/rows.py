@@ -121,7 +121,7 @@ def row_id(result: Result) -> str:
 def cause(result: Result) -> str:
     """One plain sentence: what is wrong and how much of it, else the verdict's own message."""
     verdict = result.verdict
-    own = [each for each in verdict.findings if each.kind == verdict.word]
+    own = [finding for finding in verdict.findings if finding.kind == verdict.word]
     message = " ".join(verdict.message.split())
     if not own or verdict.word != "bug":
         return message
@@ -168,7 +168,7 @@ def facts(result: Result) -> tuple[tuple[str, str, str], ...]:
     if verdict.findings:
         made.append(("area", "area", f"{number(round(area(result), 1))} px"))
         made.append(("jnd", "jnd", number(strongest(result), 2)))
-        if significance := max(each.z for each in verdict.findings):
+        if significance := max(finding.z for finding in verdict.findings):
             made.append(("z", "z", number(significance)))
     for name, leg in verdict.legs.items():
         if leg.pixels:
@@ -192,7 +192,7 @@ def facts(result: Result) -> tuple[tuple[str, str, str], ...]:
 def worst_first(row: Row) -> tuple[object, ...]:
     """A sort key: what fails, then what an eye would see, by its area, by how visible it is."""
     result = row.result
-    visible = any(each.visible for each in result.verdict.findings)
+    visible = any(finding.visible for finding in result.verdict.findings)
     return (not result.fails, not visible, -area(result), -strongest(result), *key(result))
 
 

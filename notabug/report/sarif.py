@@ -11,13 +11,14 @@ from urllib.parse import quote
 from notabug.metrics.verdict import Finding
 from notabug.report.next_steps import going_on
 from notabug.report.sentence import scene_file, sentence, title
+from notabug.results.document import RunDocument
 from notabug.results.record import Result, json_ready
 from notabug.results.wording import decisive, readable
 
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
-def sarif(document: dict[str, Any], results: list[Result], out: Path) -> str:
+def sarif(document: RunDocument, results: list[Result], out: Path) -> str:
     """What is wrong or known, as code scanners list it; what passes is left out."""
     listed = [(result, finding) for result in results for finding in _findings(result)]
     rules = list(dict.fromkeys(_rule(result, finding) for result, finding in listed))
@@ -26,7 +27,7 @@ def sarif(document: dict[str, Any], results: list[Result], out: Path) -> str:
             "driver": {
                 "name": "notabug",
                 "version": document["tool"]["version"],
-                "rules": [{"id": each, "shortDescription": {"text": readable(each)}} for each in rules],
+                "rules": [{"id": rule, "shortDescription": {"text": readable(rule)}} for rule in rules],
             }
         },
         "invocations": [
@@ -50,7 +51,7 @@ def _rule(result: Result, finding: Finding | None) -> str:
     return f"{finding.kind}/{finding.name}" if finding else result.verdict.word
 
 
-def _result(result: Result, finding: Finding | None, rules: list[str], out: Path) -> dict[str, Any]:
+def _result(result: Result, finding: Finding | None, rules: list[str], out: Path) -> dict[str, object]:
     rule = _rule(result, finding)
     told = finding.message if finding and finding.message else sentence(result)
     made: dict[str, Any] = {

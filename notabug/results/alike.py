@@ -39,7 +39,7 @@ class Alike:
         """The message of the first; of what is unsupported the features that are missing, with how often."""
         if self.first.verdict.word != "unsupported":
             return self.message
-        lacks = Counter(name for each in self.results for name in missing_features(each))
+        lacks = Counter(name for result in self.results for name in missing_features(result))
         if not lacks:
             return self.message
         return "it lacks " + ", ".join(f"{name} ({count})" for name, count in lacks.most_common())
@@ -47,7 +47,7 @@ class Alike:
     @property
     def logs(self) -> tuple[str, ...]:
         """The logs of those that have one, relative to the run's folder."""
-        return tuple(dict.fromkeys(each.log for each in self.results if each.log))
+        return tuple(dict.fromkeys(result.log for result in self.results if result.log))
 
 
 def alike(results: Sequence[Result]) -> list[Alike]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from rich.table import Table
 from rich.text import Text
 
+from notabug.results.document import ResultSaid
 from notabug.results.wording import STYLE, readable
 from notabug.scenes_usd.catalogue import PREVIEW
 
@@ -24,7 +24,7 @@ class Row:
     cells: dict[str, tuple[str, str]]
 
 
-def rows(results: Iterable[Mapping[str, Any]]) -> list[Row]:
+def rows(results: Iterable[ResultSaid]) -> list[Row]:
     """A row for each scene of the preview surface's among the ``results`` of a ``run.json``, in their order."""
     found: dict[str, Row] = {}
     for result in results:
@@ -35,7 +35,7 @@ def rows(results: Iterable[Mapping[str, Any]]) -> list[Row]:
     return list(found.values())
 
 
-def cell(result: Mapping[str, Any]) -> str:
+def cell(result: ResultSaid) -> str:
     """``right``, ``convention: NAMES``, ``limitation: NAMES``, ``bug: NAME``, or the judge's other words."""
     word: str = result["verdict"]
     names = {kind: [readable(each["name"]) for each in result["findings"] if each["kind"] == kind] for kind in _KINDS}

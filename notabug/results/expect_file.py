@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from notabug.results.expectation import Band, Entry
+from notabug.scenes_usd.catalogue import VERDICTS
 from notabug.scenes_usd.errors import NotabugError
 
 NAME = "notabug.expect.toml"
@@ -17,7 +18,7 @@ HEAD = """\
 # What this project has accepted of its renderers' pictures; `notabug accept` writes an entry. Each holds for one scene,
 # variant and renderer while area (pixels) and jnd stay within [least, most], until it expires.
 """
-VERDICTS = ("limitation", "bug", "inconclusive", "unsupported", "error")
+ACCEPTED = tuple(word for word in VERDICTS if word != "pass")
 _TEXTS = ("renderer", "scene", "variant", "verdict", "name", "because", "link", "models")
 _KEYS = (*_TEXTS, "area_px", "jnd", "expires")
 _HEADER = re.compile(r"^[ \t]*\[\[[ \t]*accepted[ \t]*\]\]", re.MULTILINE)
@@ -57,7 +58,7 @@ def parse(text: str, where: str = NAME) -> tuple[Entry, ...]:
     return entries
 
 
-def _entry(table: Any, where: str) -> Entry:
+def _entry(table: object, where: str) -> Entry:
     if not isinstance(table, dict):
         raise ExpectationError("not a table", where=where, got=repr(table))
     if unknown := sorted(set(table) - set(_KEYS)):
@@ -68,11 +69,11 @@ def _entry(table: Any, where: str) -> Entry:
     for key in ("renderer", "scene", "verdict", "because", "models"):
         if not table.get(key, "").strip():
             raise ExpectationError("missing", where=f"{where}.{key}")
-    if table["verdict"] not in VERDICTS:
+    if table["verdict"] not in ACCEPTED:
         raise ExpectationError(
             "not a verdict to accept",
             where=f"{where}.verdict",
-            expected=f"one of {', '.join(VERDICTS)}",
+            expected=f"one of {', '.join(ACCEPTED)}",
             got=repr(table["verdict"]),
         )
     expires = table.get("expires")
@@ -83,11 +84,12 @@ def _entry(table: Any, where: str) -> Entry:
     return Entry(**{"variant": "", **texts}, area_px=area, jnd=jnd, expires=expires)
 
 
-def _band(value: Any, where: str) -> Band:
-    numbers = isinstance(value, list) and len(value) == 2 and all(type(each) in (int, float) for each in value)
-    if not numbers or not (0.0 <= value[0] <= value[1] < math.inf):
-        raise ExpectationError("not a band", where=where, expected="[least, most]", got=repr(value))
-    return (float(value[0]), float(value[1]))
+def _band(value: object, where: str) -> Band:
+    if isinstance(value, list) and len(value) == 2 and all(type(end) in (int, float) for end in value):
+        least, most = value
+        if 0.0 <= least <= most < math.inf:
+            return (float(least), float(most))
+    raise ExpectationError("not a band", where=where, expected="[least, most]", got=repr(value))
 
 
 def with_entry(text: str, entry: Entry) -> str:
@@ -142,7 +144,7 @@ def _place(text: str, index: int) -> int:
     return place
 
 
-def values(entry: Entry) -> dict[str, Any]:
+def values(entry: Entry) -> dict[str, object]:
     """What the file says of ``entry``."""
     told: dict[str, Any] = {key: getattr(entry, key) for key in _TEXTS if getattr(entry, key)}
     for key in ("area_px", "jnd"):

@@ -70,7 +70,7 @@ class Entry:
 
 def found_names(result: Result) -> frozenset[str]:
     """The names of the findings that made the verdict."""
-    return frozenset(each.name for each in result.verdict.findings if each.kind == result.verdict.word)
+    return frozenset(finding.name for finding in result.verdict.findings if finding.kind == result.verdict.word)
 
 
 def against_entry(result: Result, entry: Entry, models: str, today: datetime.date) -> State:
@@ -120,5 +120,5 @@ def _side(value: float, band: Band | None) -> int:
 
 def unused(entries: Collection[Entry], results: Collection[Result]) -> list[Entry]:
     """The entries that no result met."""
-    met = {(each.renderer, each.scene, each.variant) for each in results}
-    return [each for each in entries if each.key not in met]
+    met = {(result.renderer, result.scene, result.variant) for result in results}
+    return [entry for entry in entries if entry.key not in met]

@@ -6,10 +6,11 @@ import datetime
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from notabug.exit_codes import ExitCode
 from notabug.results import expect_file
+from notabug.results.document import GateSaid
 from notabug.results.expectation import WORSE, Entry, State, against_entry, against_table, leaves_upwards, unused
 from notabug.results.record import Result
 from notabug.runs.provenance import models_version
@@ -63,25 +64,25 @@ class Gate:
             return word == "error" or tight
         if word == "limitation" and not tight:
             return False
-        found = [each for each in result.verdict.findings if each.kind == word]
+        found = [finding for finding in result.verdict.findings if finding.kind == word]
         return self.fail_on == "any" or not found or any(each.visible for each in found)
 
-    def document(self, results: Sequence[Result]) -> dict[str, Any]:
+    def document(self, results: Sequence[Result]) -> GateSaid:
         """The ``gate`` entry of ``run.json``."""
         return {
             "file": self.file,
             "fail_on": self.fail_on,
             "models": self.models,
             "unused": [
-                dict(zip(("renderer", "scene", "variant"), each.key, strict=True))
-                for each in unused(self.entries, results)
+                {"renderer": renderer, "scene": scene, "variant": variant}
+                for renderer, scene, variant in (entry.key for entry in unused(self.entries, results))
             ],
         }
 
 
 def code_of(results: Sequence[Result]) -> ExitCode:
     """A bug outweighs an error, a renderer's that of a reference, and that one a scene's; what is accepted is none."""
-    failing = [each.verdict for each in results if each.fails]
+    failing = [result.verdict for result in results if result.fails]
     if any(each.word != "error" for each in failing):
         return ExitCode.BUG
     if any(not {NO_REFERENCE, NO_SCENE}.intersection(each.triggers) for each in failing):

@@ -6,11 +6,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from notabug.metrics.verdict import GLYPH, Verdict
+from notabug.metrics.verdict import GLYPH, Verdict, VerdictSaid
+from notabug.results.document import GateSaid, JobsSaid, RendererSaid, ResultSaid, RunDocument, ToolSaid
 from notabug.results.expectation import State, Statement
 from notabug.results.shape import FILE, FLAG, NAME, NUMBER, TEXT, WHOLE, Fields, Many, Value, check, read_document
 from notabug.results.shape import RecordError as RecordError
@@ -51,17 +53,16 @@ class Result:
         left = self.state in ("grew", "improved", "expired", "models changed")
         return left or (bool(self.expected) and not Statement.parse(self.expected).fits(self))
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> ResultSaid:
         """As in ``run.json``: the verdict's parts lie beside the others, numbers that are not finite become null."""
         verdict = self.verdict.as_dict()
-        word = verdict.pop("word")
         plain = {
             "scene": self.scene,
             "variant": self.variant,
             "renderer": self.renderer,
             "renderer_version": self.renderer_version,
-            "verdict": word,
-            **verdict,
+            "verdict": verdict["word"],
+            **{name: part for name, part in verdict.items() if name != "word"},
             "samples": self.samples,
             "seeds": self.seeds,
             "seconds": self.seconds,
@@ -79,31 +80,35 @@ class Result:
             "notes": list(self.notes),
             "log": self.log,
         }
-        document: dict[str, Any] = json_ready(plain)
-        return document
+        return cast(ResultSaid, json_ready(plain))
 
     @classmethod
-    def from_dict(cls, data: Any) -> Result:
+    def from_dict(cls, data: object) -> Result:
         """The result that ``data``, as in ``run.json``, holds; raises RecordError where it holds none."""
         try:
             check(data, RESULT, "a result")
-            check(data["seconds"], Many(NUMBER, named=True), "a result: seconds")
-            return cls._from_dict(data)
+            said = cast(ResultSaid, data)
+            check(said["seconds"], Many(NUMBER, named=True), "a result: seconds")
+            return cls._from_dict(said)
         except TypeError as error:  # a key that no finding or leg has
             raise RecordError("not a result of a run", got=str(error), do="run again with --no-resume") from error
 
     @classmethod
-    def _from_dict(cls, data: dict[str, Any]) -> Result:
-        parts = {key: data[key] for key in ("findings", "legs", "triggers", "message", "numbers")}
-        parts["findings"] = [_numbers(each, {"area_px", "jnd", "z"}) for each in parts["findings"]]
-        parts["legs"] = {name: _numbers(each, set(each)) for name, each in parts["legs"].items()}
-        parts["numbers"] = _numbers(parts["numbers"], set(parts["numbers"]))
+    def _from_dict(cls, data: ResultSaid) -> Result:
+        verdict: VerdictSaid = {
+            "word": data["verdict"],
+            "findings": [_numbers(dict(finding), {"area_px", "jnd", "z"}) for finding in data["findings"]],
+            "legs": {name: _numbers(dict(leg), set(leg)) for name, leg in data["legs"].items()},
+            "triggers": data["triggers"],
+            "message": data["message"],
+            "numbers": _numbers(dict(data["numbers"]), set(data["numbers"])),
+        }
         return cls(
             scene=data["scene"],
             variant=data["variant"],
             renderer=data["renderer"],
             renderer_version=data["renderer_version"],
-            verdict=Verdict.from_dict({"word": data["verdict"], **parts}),
+            verdict=Verdict.from_dict(verdict),
             samples=data["samples"],
             seeds=data["seeds"],
             seconds=dict(data["seconds"]),
@@ -186,7 +191,35 @@ DEFAULTS: dict[str, Any] = {
 }
 
 
-def load(out: Path) -> dict[str, Any]:
+def run_document(
+    *,
+    tool: ToolSaid,
+    command: Sequence[str],
+    seconds: dict[str, float],
+    renderers: dict[str, RendererSaid],
+    results: Sequence[Result],
+    calibration: Sequence[Result] = (),
+    finished: bool = True,
+    jobs: JobsSaid | None = None,
+    gate: GateSaid | None = None,
+) -> RunDocument:
+    """``run.json``, whoever writes it: a run, shards that are merged, or a picture that is judged."""
+    plain: RunDocument = {
+        "schema": SCHEMA,
+        "tool": tool,
+        "command": list(command),
+        "finished": finished,
+        "seconds": seconds,
+        "jobs": jobs or {"shard": ""},
+        "gate": gate or {"file": "", "fail_on": "any", "models": "", "unused": []},
+        "renderers": renderers,
+        "calibration": [result.as_dict() for result in calibration],
+        "results": [result.as_dict() for result in results],
+    }
+    return plain
+
+
+def load(out: Path) -> RunDocument:
     """``run.json`` of the folder ``out``; raises NotabugError where it is not there or is no run's record."""
     path = out / "run.json"
     try:
@@ -205,12 +238,12 @@ def load(out: Path) -> dict[str, Any]:
     except OSError as error:
         raise FileError.of(error, where=str(path)) from None
     for key, value in DEFAULTS.items():
-        there = document.get(key, value)
+        there: Any = document.get(key, value)
         document[key] = {**value, **there} if isinstance(value, dict) else there
-    return document
+    return cast(RunDocument, document)
 
 
-def json_ready(value: Any) -> Any:
+def json_ready(value: object) -> object:
     """``value`` in JSON's own types: numpy scalars as numbers, tuples as lists, NaN and infinities as null."""
     if isinstance(value, dict):
         return {str(key): json_ready(each) for key, each in value.items()}

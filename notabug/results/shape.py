@@ -59,7 +59,7 @@ NAME = Value("text", longest=4096, is_name=True)  # as long as the system's long
 FILE = Value("text", longest=4096, is_name=True, is_file=True)
 
 
-def read_document(path: Path, shape: Shape) -> dict[str, Any]:
+def read_document(path: Path, shape: Shape) -> dict[str, object]:
     """The JSON object of that shape in the file at ``path``. Raises RecordError, and OSError if it is unreadable."""
     where = str(path)
     if path.stat().st_size > MOST_BYTES:
@@ -75,7 +75,7 @@ def read_document(path: Path, shape: Shape) -> dict[str, Any]:
     return found
 
 
-def check(value: Any, shape: Shape, where: str) -> None:
+def check(value: object, shape: Shape, where: str) -> None:
     """Raise RecordError, which names the place below ``where``, where ``value`` has not the ``shape``."""
     if isinstance(shape, Value):
         _check_plain(value, shape, where)
@@ -101,7 +101,7 @@ def check(value: Any, shape: Shape, where: str) -> None:
             check(inside, shape.of, f"{where}[{index}]")
 
 
-def _check_plain(value: Any, shape: Value, where: str) -> None:
+def _check_plain(value: object, shape: Value, where: str) -> None:
     if value is None and shape.none:
         return
     if shape.kind == "text":

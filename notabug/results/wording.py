@@ -82,7 +82,7 @@ def finding_names(result: Result) -> str:
 def decisive(result: Result) -> tuple[Finding, ...]:
     """The findings that made the verdict: the bugs of a bug, the limitations of a limitation, else all."""
     findings = result.verdict.findings
-    return tuple(each for each in findings if each.kind == result.verdict.word) or findings
+    return tuple(finding for finding in findings if finding.kind == result.verdict.word) or findings
 
 
 def area(result: Result) -> float:

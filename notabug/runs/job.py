@@ -95,17 +95,17 @@ def _fresh(jobs: Jobs, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
         else:
             jobs.watcher.start(blank.scene, blank.variant, blank.renderer, "renders")
             renders = draw_fresh(scene, adapter, folder, keys["render"], plan.quality)
-            jobs.rendering += sum(each.seconds for each in renders)
+            jobs.rendering += sum(render.seconds for render in renders)
         blank = replace(
             blank,
             samples=renders[0].samples,
             seeds=len(renders),
             image=relative(renders[0].image, plan.out),
             renderer_command=renders[0].command,
-            seconds={"render": sum(each.seconds for each in renders), "judge": 0.0},
+            seconds={"render": sum(render.seconds for render in renders), "judge": 0.0},
         )
         jobs.watcher.start(blank.scene, blank.variant, blank.renderer, "is judged")
-        outcome = judge_pictures([each.image for each in renders], scene, adapter.declaration(plan.quality), folder)
+        outcome = judge_pictures([render.image for render in renders], scene, adapter.declaration(plan.quality), folder)
         result = replace(
             blank,
             verdict=outcome.verdict,

@@ -45,15 +45,15 @@ def draw_fresh(scene: Scene, adapter: Adapter, folder: Path, key: str, quality: 
         )
     listed = [
         {
-            "image": relative(each.image, folder),
-            "seed": each.seed,
-            "samples": each.samples,
-            "seconds": each.seconds,
-            "command": list(each.command),
+            "image": relative(render.image, folder),
+            "seed": render.seed,
+            "samples": render.samples,
+            "seconds": render.seconds,
+            "command": list(render.command),
         }
-        for each in renders
+        for render in renders
     ]
-    keep_log(folder, "\n".join(each.log for each in renders if each.log))
+    keep_log(folder, "\n".join(render.log for render in renders if render.log))
     write_json(folder / "renders.json", {"key": key, "renders": listed})
     return renders
 
@@ -67,11 +67,14 @@ def kept_renders(folder: Path, key: str) -> tuple[Render, ...]:
         check(stored, _RENDERS, str(folder))
     except RecordError:
         return ()
+    kept: Any = stored["renders"]  # of the shape that was checked
     renders = tuple(
-        Render(folder / each["image"], each["seed"], each["samples"], each["seconds"], tuple(each["command"]))
-        for each in stored["renders"]
+        Render(folder / said["image"], said["seed"], said["samples"], said["seconds"], tuple(said["command"]))
+        for said in kept
     )
-    there = all(each.image.is_file() and each.image.resolve().is_relative_to(folder.resolve()) for each in renders)
+    there = all(
+        render.image.is_file() and render.image.resolve().is_relative_to(folder.resolve()) for render in renders
+    )
     return renders if there and not (folder / "renders").is_symlink() else ()
 
 
@@ -99,7 +102,7 @@ def made_by() -> dict[str, str]:
     return {name: fingerprint(*each) for name, each in floors.items()}
 
 
-def _load(path: Path) -> dict[str, Any]:
+def _load(path: Path) -> dict[str, object]:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

@@ -61,35 +61,37 @@ def judge_pictures(
         images,
         (width, height),
         time.perf_counter() - start,
-        _told([each.judged for each in pictures]),
-        _told([*([] if judgement.reference.any() else [(BLACK,)]), *(each.notes for each in pictures)]),
+        _told([picture.judged for picture in pictures]),
+        _told([*([] if judgement.reference.any() else [(BLACK,)]), *(picture.notes for picture in pictures)]),
     )
 
 
 def judge_read(pictures: Sequence[Picture], scene: Scene, declaration: Declaration, *, srgb: bool = False) -> Judgement:
     """The judgement on ``pictures``; in a file that loses much a bug is only what the loss does not explain."""
-    pixels = [each.pixels for each in pictures]
+    pixels = [picture.pixels for picture in pictures]
     judgement = judge(pixels, scene, declaration, others=lambda: others(scene))
-    lossy = next((each.lossy for each in pictures if each.lossy), None)
+    lossy = next((picture.lossy for picture in pictures if picture.lossy), None)
     if lossy is None or not judgement.verdict.triggers:
         return judgement
     from notabug.runs.lossy_coding import lifted, spared
 
-    if [each.name for each in judgement.verdict.findings] == ["negative"]:  # what rings beside an edge falls below 0
-        pixels = [lifted(each, judgement.nearest, lossy, srgb=srgb) for each in pixels]
+    if [finding.name for finding in judgement.verdict.findings] == [
+        "negative"
+    ]:  # what rings beside an edge falls below 0
+        pixels = [lifted(pixel, judgement.nearest, lossy, srgb=srgb) for pixel in pixels]
         judgement = judge(pixels, scene, declaration, others=lambda: others(scene))
     if not judgement.verdict.triggers or "invalid" in judgement.verdict.triggers:
         return judgement
     # of what is off in no single pixel, a gain or a shift, the nearest picture is the picture itself
     meant = judgement.nearest if judgement.verdict.legs["bug"].pixels else judgement.reference
-    left = [spared(each, meant, lossy, srgb=srgb) for each in pixels]
+    left = [spared(pixel, meant, lossy, srgb=srgb) for pixel in pixels]
     again = judge(left, scene, declaration, perceive=lossy.bounded, naming=False)
     if again.verdict.triggers:
         return judgement
     if lossy.bounded:
         return again
     message = f"{lossy.name} holds too little: what is off may be what it lost; store EXR, TIFF or PNG"
-    findings = tuple(each for each in judgement.verdict.findings if each.kind != "bug")
+    findings = tuple(finding for finding in judgement.verdict.findings if finding.kind != "bug")
     return replace(
         judgement, verdict=replace(judgement.verdict, word="inconclusive", findings=findings, message=message)
     )

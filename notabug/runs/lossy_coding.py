@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from notabug.metrics.neighbours import extreme
+from notabug.metrics.image_filters import extreme
 from notabug.scenes_usd.picture import Pixels, read_picture, write_coded
 from notabug.scenes_usd.picture_numbers import Lossy
 from notabug.scenes_usd.srgb import decode_srgb, encode_srgb

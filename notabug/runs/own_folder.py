@@ -9,7 +9,6 @@ import contextlib
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 from notabug.adapters.trees import remove
 from notabug.scenes_usd.errors import FileError, NotabugError
@@ -111,7 +110,7 @@ def _made_by(out: Path) -> str:
     return ""
 
 
-def _note(out: Path) -> dict[str, Any]:
+def _note(out: Path) -> dict[str, object]:
     try:
         found = json.loads((out / NOTE).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

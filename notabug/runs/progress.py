@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal
+from typing import Literal
 
 from rich.console import Console, RenderableType
 from rich.live import Live
@@ -17,6 +17,7 @@ from rich.text import Text
 from notabug.metrics.verdict import GLYPH
 from notabug.printable import SafeConsole
 from notabug.results.alike import alike, kind
+from notabug.results.document import GateSaid
 from notabug.results.record import Result
 from notabug.results.wording import STYLE, area, finding_names, number, strongest
 
@@ -250,11 +251,11 @@ def messages(results: Sequence[Result], out: Path | None = None) -> list[Text]:
     return made
 
 
-def states(results: Sequence[Result], gate: Mapping[str, Any]) -> list[Text]:
+def states(results: Sequence[Result], gate: GateSaid) -> list[Text]:
     """What became of what was accepted, a state a line, those that fail first; what to do where it is not plain."""
     lines = []
     for state, advice in ADVICE.items():
-        found = [each for each in results if each.state == state and (each.because or state == "new")]
+        found = [result for result in results if result.state == state and (result.because or state == "new")]
         if found:
             style = "bold red" if any(each.fails for each in found) else "default"
             named = "; ".join(" ".join(x for x in (e.scene, e.variant, e.renderer) if x) for e in found[:SHOWN])

@@ -7,10 +7,10 @@ import platform
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 import notabug
 from notabug.references import _native
+from notabug.results.document import ToolSaid
 
 LIBRARIES = ("numpy", "scipy", "OpenImageIO", "usd-core", "flip-evaluator", "scikit-image")
 
@@ -23,7 +23,7 @@ def library_versions() -> dict[str, str]:
     return {name: _version(name) for name in LIBRARIES}
 
 
-def tool() -> dict[str, Any]:
+def tool() -> ToolSaid:
     """The ``tool`` entry of ``run.json``."""
     return {
         "name": "notabug",

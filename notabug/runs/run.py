@@ -7,11 +7,12 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any, cast
+from typing import cast
 
 from notabug.ending import saved_trace
+from notabug.results.document import RendererSaid, RunDocument
 from notabug.results.gate import Gate
-from notabug.results.record import SCHEMA, Result
+from notabug.results.record import Result, run_document
 from notabug.runs.calibration import CARDS
 from notabug.runs.first_card import calibrate
 from notabug.runs.folders import folder_name, job_folder, sole_writer, write_json
@@ -39,28 +40,29 @@ class Run:
     finished: bool = False
     due: float = 0.0  # when ``run.json`` is next worth its while
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> RunDocument:
         """``run.json``."""
         total = time.perf_counter() - self.begun
-        found = {
-            name: {"version": each.version, "where": each.where} for name, (_, each) in self.plan.renderers.items()
+        found: dict[str, RendererSaid] = {
+            name: {"version": there.version, "where": there.where} for name, (_, there) in self.plan.renderers.items()
         }
-        return {
-            "schema": SCHEMA,
-            "tool": tool(),
-            "command": list(self.plan.command),
-            "finished": self.finished,
-            "seconds": {
+        jobs = self.plan.workers.document()
+        missing: dict[str, RendererSaid] = {name: {"missing": line} for name, line in self.plan.missing.items()}
+        return run_document(
+            tool=tool(),
+            command=self.plan.command,
+            finished=self.finished,
+            seconds={
                 "total": total,
                 "render": self.rendering,
                 "outside": max(0.0, total - self.rendering / self.plan.workers.at_once),
             },
-            "jobs": self.plan.workers.document() | {"threads": self.plan.quality.threads, "shard": self.plan.shard},
-            "gate": self.plan.gate.document(self.results),
-            "renderers": found | {name: {"missing": line} for name, line in self.plan.missing.items()},
-            "calibration": [self.calibration[name].as_dict() for name in found if name in self.calibration],
-            "results": [each.as_dict() for each in self.results],
-        }
+            jobs={**jobs, "threads": self.plan.quality.threads, "shard": self.plan.shard},
+            gate=self.plan.gate.document(self.results),
+            renderers=found | missing,
+            calibration=[self.calibration[name] for name in found if name in self.calibration],
+            results=self.results,
+        )
 
     def save(self, *, now: bool = True) -> None:
         """Write ``run.json``; unless ``now``, only where that is long enough ago to cost SAVING of the time or less.
@@ -157,7 +159,7 @@ def _finish(state: Run, results: dict[int, Result], index: int, done: Done) -> N
     """Put a job's result in its place and save the record."""
     state.rendering += done.rendering
     results[index] = state.plan.gate.judged(done.result)
-    state.results = [results[each] for each in sorted(results)]
+    state.results = [results[result] for result in sorted(results)]
     state.watcher.done(results[index], done.kept)
     state.save(now=False)
 

@@ -80,7 +80,11 @@ class Examiner:
 
 def bug(verdict: Verdict) -> str:
     """The name of the verdict's bug, or ""."""
-    return next((each.name for each in verdict.findings if each.kind == "bug"), "") if verdict.word == "bug" else ""
+    return (
+        next((finding.name for finding in verdict.findings if finding.kind == "bug"), "")
+        if verdict.word == "bug"
+        else ""
+    )
 
 
 def reduced(scene: Scene, holds: Holds, note: Note = lambda _: None) -> Scene:
@@ -112,7 +116,7 @@ def _less(scene: Scene, holds: Holds, note: Note, steps: Sequence[Callable[[Scen
 
 
 def size(scene: Scene) -> str:
-    faces = sum(len(each.counts) for each in scene.meshes)
+    faces = sum(len(mesh.counts) for mesh in scene.meshes)
     spheres = sum(1 for _ in scene.spheres)
     counted = ((len(scene.objects), "object"), (faces, "face"), (spheres, "sphere"), (len(scene.lights), "light"))
     said = ", ".join(f"{n} {word}{'s' * (n != 1)}" for n, word in counted if n)
@@ -190,7 +194,7 @@ def _with_object(scene: Scene, index: int, mesh: Mesh) -> Scene:
 
 def _looks(scene: Scene, holds: Holds) -> Scene:
     """Materials without what the bug does not need, one property at a time; meshes without normals and uv."""
-    for index in sorted({each.material for each in scene.objects}):
+    for index in sorted({shape.material for shape in scene.objects}):
         for plain in _plainer(scene.materials[index]):
             materials = (*scene.materials[:index], plain(scene.materials[index]), *scene.materials[index + 1 :])
             smaller = replace(scene, materials=materials)
@@ -223,12 +227,12 @@ def _plainer(material: Material) -> Iterator[Callable[[Material], Material]]:
 
 def _tidy(scene: Scene) -> Scene:
     """Without materials, textures and coordinates that nothing uses."""
-    used = sorted({each.material for each in scene.objects})
+    used = sorted({shape.material for shape in scene.objects})
     shown = sorted(set().union(*(scene.materials[each].textures for each in used)))
     materials = tuple(scene.materials[k].renumbered(shown) for k in used)
     objects = []
-    for each in scene.objects:
-        moved = replace(each, material=used.index(each.material))
+    for shape in scene.objects:
+        moved = replace(shape, material=used.index(shape.material))
         if isinstance(moved, Mesh) and not materials[moved.material].textures:
             moved = replace(moved, uv=None)
         objects.append(moved)

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
 from rich.table import Table
 from rich.text import Text
@@ -61,7 +60,7 @@ def chosen(words: Sequence[str]) -> list[Workaround]:
 
 
 def _matches(workaround: Workaround, word: str) -> bool:
-    names = {workaround.name, workaround.artifact_class, *(each.scene for each in workaround.settings)}
+    names = {workaround.name, workaround.artifact_class, *(setting.scene for setting in workaround.settings)}
     return any(fnmatchcase(name, word) for name in names)
 
 
@@ -104,25 +103,25 @@ class Effect:
     @property
     def area(self) -> float:
         """In pixels."""
-        return sum(each.area_px for each in self.result.verdict.findings if each.kind != "convention")
+        return sum(finding.area_px for finding in self.result.verdict.findings if finding.kind != "convention")
 
     @property
     def jnd(self) -> float:
         """Of the strongest artifact."""
-        found = (each.jnd for each in self.result.verdict.findings if each.kind != "convention")
+        found = (finding.jnd for finding in self.result.verdict.findings if finding.kind != "convention")
         return max(found, default=0.0)
 
     @property
     def flip(self) -> float:
         """Mean FLIP over the picture, of both legs."""
-        return sum(each.flip for each in self.result.verdict.legs.values())
+        return sum(leg.flip for leg in self.result.verdict.legs.values())
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return {
             "scene": self.result.scene,
             "variant": self.result.variant,
             "verdict": self.result.verdict.word,
-            "findings": list(dict.fromkeys(each.name for each in self.result.verdict.findings)),
+            "findings": list(dict.fromkeys(finding.name for finding in self.result.verdict.findings)),
             "area_px": self.area,
             "jnd": self.jnd,
             "flip": self.flip,
@@ -143,7 +142,7 @@ class Row:
     @property
     def shown(self) -> bool:
         """Whether the artifact is there without the workaround, under the name that it has."""
-        return any(each.name in self.workaround.reduces for each in self.before.result.verdict.findings)
+        return any(finding.name in self.workaround.reduces for finding in self.before.result.verdict.findings)
 
     @property
     def reduced(self) -> bool:
@@ -154,7 +153,7 @@ class Row:
     def word(self) -> str:
         return ("reduced" if self.reduced else "not reduced") if self.shown else "not shown"
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return {
             "workaround": self.workaround.name,
             "class": self.workaround.artifact_class,
@@ -162,7 +161,7 @@ class Row:
             "outcome": self.word,
             "before": self.before.as_dict(),
             "after": self.after.as_dict(),
-            "limits": [each.as_dict() for each in self.limits],
+            "limits": [limit.as_dict() for limit in self.limits],
         }
 
 
@@ -180,7 +179,7 @@ def rows(selected: Iterable[Workaround], results: Iterable[Result]) -> list[Row]
                 if (key := (*_place(setting), renderer)) in found
             }
             if workaround.before in effects and workaround.after in effects:
-                limits = tuple(effects[each] for each in workaround.limits if each in effects)
+                limits = tuple(effects[limit] for limit in workaround.limits if limit in effects)
                 made.append(Row(workaround, renderer, effects[workaround.before], effects[workaround.after], limits))
     return made
 
@@ -189,14 +188,14 @@ def code_of(found: Sequence[Row], results: Iterable[Result]) -> ExitCode:
     """BUG where a workaround leaves as much of its artifact as there was; RENDERER where a renderer failed."""
     if any(each.shown and not each.reduced for each in found):
         return ExitCode.BUG
-    failed = any(each.verdict.word == "error" for each in results)
+    failed = any(result.verdict.word == "error" for result in results)
     return ExitCode.RENDERER if failed else ExitCode.OK
 
 
 def _facets(setting: Setting) -> int:
     """Triangles of the meshes that are drawn."""
     scene = setting.edit(read_scene(setting.scene, setting.variants))
-    return sum(int((each.counts - 2).sum()) for each in scene.meshes)
+    return sum(int((mesh.counts - 2).sum()) for mesh in scene.meshes)
 
 
 def table(found: Sequence[Row]) -> Table:

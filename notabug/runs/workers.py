@@ -25,6 +25,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 import psutil
 
 from notabug.adapters.trees import remove
+from notabug.results.document import JobsSaid
 from notabug.scenes_usd.cache_folder import CacheError, cache_root
 from notabug.scenes_usd.errors import NotabugError, SelectionError
 
@@ -49,7 +50,7 @@ class Workers(Protocol):
     @property
     def at_once(self) -> int: ...
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> JobsSaid:
         """The ``jobs`` entry of ``run.json``."""
         ...
 
@@ -70,7 +71,7 @@ class Alone:
     at_hand: ClassVar[bool] = True
     at_once = 1
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> JobsSaid:
         return {"executor": "this process", "at_once": 1}
 
     def each(self, function: Callable[[Job], Made], jobs: Sequence[Job]) -> Iterator[tuple[int, Made | Exception]]:
@@ -107,7 +108,7 @@ class Processes:
         self._threads = threads
         self._pool: ProcessPoolExecutor | None = None
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> JobsSaid:
         return {"executor": "processes", "at_once": self.at_once}
 
     def each(self, function: Callable[[Job], Made], jobs: Sequence[Job]) -> Iterator[tuple[int, Made | Exception]]:
@@ -264,7 +265,7 @@ def _remove_own(folder: Path, process: int) -> None:
 _places: Semaphore | None = None
 
 
-def rendering() -> AbstractContextManager[Any]:
+def rendering() -> AbstractContextManager[object]:
     """Where a job has its renderer at work: in a worker process no more than ``at_once`` jobs are here."""
     return _places or nullcontext()
 
@@ -318,7 +319,7 @@ class Cluster:
         self._lost = False
         self.at_once = 1
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> JobsSaid:
         return {"executor": f"dask://{self._address}", "at_once": self.at_once}
 
     def each(self, function: Callable[[Job], Made], jobs: Sequence[Job]) -> Iterator[tuple[int, Made | Exception]]:

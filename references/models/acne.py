@@ -46,7 +46,7 @@ def models(scene: Scene) -> Iterator[Model]:
         declared=("hit_error", "sphere_error"),
     )
     # a ray that is reflected or refracted at the wrong side of its own surface may see anything
-    bends = any(each.sends_on for each in scene.materials)
+    bends = any(material.sends_on for material in scene.materials)
     yield Model(
         name="no_epsilon",
         kind="fault",
@@ -95,9 +95,9 @@ def lost_lights(lights: int) -> list[int]:
 def width_of_view(scene: Scene) -> float:
     """How wide a stretch the picture shows, at the mean distance of the objects."""
     centres: list[Any] = [
-        (each.points.min(axis=0) + each.points.max(axis=0)) / 2 if isinstance(each, Mesh) else each.to_world[3, :3]
-        for each in scene.objects
+        (shape.points.min(axis=0) + shape.points.max(axis=0)) / 2 if isinstance(shape, Mesh) else shape.to_world[3, :3]
+        for shape in scene.objects
     ]
     axis = -scene.camera.to_world[2, :3]
-    distance = float(np.mean([(each - scene.camera.to_world[3, :3]) @ axis for each in centres]))
+    distance = float(np.mean([(centre - scene.camera.to_world[3, :3]) @ axis for centre in centres]))
     return float(2.0 * scene.camera.tan_x * scene.camera.spans(abs(distance)))

@@ -109,7 +109,7 @@ def _fault(name: str, claim: str, change: Callable[[Camera], Camera]) -> Model:
 @once
 def _size(scene: Scene) -> float:
     """The width of what the camera sees of the objects' middle."""
-    points = [each.points.mean(axis=0) for each in scene.meshes] + [each.to_world[3, :3] for each in scene.spheres]
+    points = [mesh.points.mean(axis=0) for mesh in scene.meshes] + [sphere.to_world[3, :3] for sphere in scene.spheres]
     middle = np.mean(points, axis=0) if points else np.zeros(3)
     away = float(np.linalg.norm(middle - scene.camera.to_world[3, :3]))
     return float(2.0 * scene.camera.tan_x * scene.camera.spans(away))

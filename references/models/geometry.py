@@ -37,7 +37,7 @@ def models(scene: Scene) -> Iterator[Model]:
                 edit=_without(index),
                 local=True,
             )
-    used = sorted({each.material for each in scene.objects})
+    used = sorted({shape.material for shape in scene.objects})
     for first, second in ((a, b) for a in used for b in used if a < b):
         yield Model(
             name="materials_exchanged",
@@ -142,7 +142,7 @@ def _exchanged(first: int, second: int) -> Edit:
     other = {first: second, second: first}
 
     def edit(scene: Scene) -> Scene:
-        objects = tuple(replace(each, material=other.get(each.material, each.material)) for each in scene.objects)
+        objects = tuple(replace(shape, material=other.get(shape.material, shape.material)) for shape in scene.objects)
         return replace(scene, objects=objects)
 
     return edit

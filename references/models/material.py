@@ -24,7 +24,7 @@ def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with lights; those of glass and opacity where there is some."""
     if not scene.lights:
         return
-    used = {each.material for each in scene.objects}
+    used = {shape.material for shape in scene.objects}
     for index, material in enumerate(scene.materials):
         if index in used and any(material.diffuse) and material.texture < 0:
             yield in_strengths(_albedo(index, material.path), 1.05, neutral=1.0)

@@ -12,7 +12,7 @@ _PAPER = "Woo, Pearce and Ouellette 1996, figure 8; Whitted 1980"
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with a mirror."""
-    if not any(any(each.mirror) for each in scene.materials):
+    if not any(any(material.mirror) for material in scene.materials):
         return
     yield Model(
         name="mirror_reversed",
@@ -28,7 +28,7 @@ def models(scene: Scene) -> Iterator[Model]:
         cites=_PAPER,
         options={"unreversed": True},
     )
-    if any(any(each.specular) for each in scene.materials):
+    if any(any(material.specular) for material in scene.materials):
         yield Model(
             name="primary_view_vector",
             kind="fault",

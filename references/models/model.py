@@ -133,9 +133,9 @@ class Model:
                 stated[option] = getattr(declaration, name or option)
         if declaration.says("shadows") == "none" and self.kind != "fault":
             stated["shadows"] = "none"
-        others = tuple({**each, **stated} for each in self.others)
+        others = tuple({**other, **stated} for other in self.others)
         if declaration.says("shadows") == "cast" and self.kind != "fault":
-            others = tuple({key: x for key, x in each.items() if (key, x) != ("shadows", "none")} for each in others)
+            others = tuple({key: x for key, x in other.items() if (key, x) != ("shadows", "none")} for other in others)
         if others == self.others and not stated:
             return self
         return replace(self, options={**self.options, **stated}, others=others)
@@ -170,14 +170,14 @@ def edit_meshes(scene: Scene, edit: Callable[[Mesh], Mesh]) -> Scene:
     """The scene with ``edit`` applied to every mesh, the intent's too."""
     return replace(
         scene,
-        objects=tuple(edit(each) if isinstance(each, Mesh) else each for each in scene.objects),
+        objects=tuple(edit(shape) if isinstance(shape, Mesh) else shape for shape in scene.objects),
         intent=None if scene.intent is None else edit(scene.intent),
     )
 
 
 def edit_materials(scene: Scene, edit: Callable[[Material], Material]) -> Scene:
     """The scene with ``edit`` applied to every material."""
-    return replace(scene, materials=tuple(edit(each) for each in scene.materials))
+    return replace(scene, materials=tuple(edit(material) for material in scene.materials))
 
 
 def models(scene: Scene) -> Iterator[Model]:

@@ -19,7 +19,7 @@ def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with lights and interpolated normals, or with highlights."""
     if scene.lights and any(True for _ in scene.meshes):
         yield from _interpolations(scene)
-    shiny = [each for each in scene.materials if any(each.specular)]
+    shiny = [material for material in scene.materials if any(material.specular)]
     if not shiny:
         return
     for lobe in ("phong", "blinn"):

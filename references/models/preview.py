@@ -24,7 +24,7 @@ Change = Callable[[Preview], Preview]
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with lights and such surfaces."""
-    found = [each.preview for each in (scene.materials[each.material] for each in scene.objects) if each.preview]
+    found = [each.preview for each in (scene.materials[shape.material] for shape in scene.objects) if each.preview]
     if not found:
         return
     if scene.lights:
@@ -91,7 +91,9 @@ def _maps(scene: Scene, found: list[Preview]) -> Iterator[Model]:
                 claim=claim,
                 cites=f"{_SPECIFICATION}: normal",
                 edit=lambda scene, factors=factors: _edit_maps(  # type: ignore[misc]
-                    scene, {each.preview.normal_map for each in scene.materials if each.preview}, _times(factors)
+                    scene,
+                    {material.preview.normal_map for material in scene.materials if material.preview},
+                    _times(factors),
                 ),
             )
         yield Model(
@@ -101,7 +103,7 @@ def _maps(scene: Scene, found: list[Preview]) -> Iterator[Model]:
             cites=f"{_SPECIFICATION}: normal; UsdUVTexture: scale, bias",
             edit=lambda scene: _edit_maps(
                 scene,
-                {each.preview.normal_map for each in scene.materials if each.preview},
+                {material.preview.normal_map for material in scene.materials if material.preview},
                 lambda each: replace(each, pixels=(each.pixels + 1.0) / 2.0),
             ),
         )
@@ -116,7 +118,7 @@ def _maps(scene: Scene, found: list[Preview]) -> Iterator[Model]:
             cites="UsdUVTexture: sourceColorSpace; usd-wg/assets 98",
             edit=lambda scene: _edit_maps(
                 scene,
-                {k for each in scene.materials if each.preview for k in each.preview.maps[:2]},
+                {k for material in scene.materials if material.preview for k in material.preview.maps[:2]},
                 lambda each: replace(each, pixels=decode_srgb(each.pixels)) if each.colour_space == "raw" else each,
             ),
         )
@@ -152,7 +154,7 @@ def _powered(surface: Preview, power: float) -> Preview:
 def _powered_maps(power: float) -> Callable[[Scene], Scene]:
     return lambda scene: _edit_maps(
         scene,
-        {each.preview.roughness_map for each in scene.materials if each.preview},
+        {material.preview.roughness_map for material in scene.materials if material.preview},
         lambda each: replace(each, pixels=each.pixels**power),
     )
 

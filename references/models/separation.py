@@ -15,7 +15,7 @@ _NONE = (0.0, 0.0, 0.0)
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with highlights."""
-    shiny = [each for each in scene.materials if any(each.specular)]
+    shiny = [material for material in scene.materials if any(material.specular)]
     if not shiny:
         return
     if not all(each.cosine_weighted for each in shiny):

@@ -17,7 +17,7 @@ _USD = "UsdUVTexture: sourceColorSpace, wrapS, wrapT"
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with textured objects."""
-    if not any(scene.materials[each.material].texture >= 0 for each in scene.objects):
+    if not any(scene.materials[shape.material].texture >= 0 for shape in scene.objects):
         return
     changes: list[tuple[str, str, Edit]] = [
         ("texture_decoded", "the texture is decoded from sRGB once too often", pixels(decode_srgb)),
@@ -29,7 +29,7 @@ def models(scene: Scene) -> Iterator[Model]:
             _textures(_unwrapped),
         ),
     ]
-    used = {scene.materials[each.material].texture for each in scene.objects} - {-1}
+    used = {scene.materials[shape.material].texture for shape in scene.objects} - {-1}
     if any(scene.textures[each].colour_space == "sRGB" for each in used):
         claim = f"the texture is decoded by the power {POWER}, not by sRGB's curve"
         changes.append(("texture_decoded_by_power", claim, _textures(_by_power)))
@@ -50,7 +50,7 @@ def pixels(change: Callable[[Floats], Floats]) -> Edit:
 
 
 def _textures(change: Callable[[Texture], Texture]) -> Edit:
-    return lambda scene: replace(scene, textures=tuple(change(each) for each in scene.textures))
+    return lambda scene: replace(scene, textures=tuple(change(texture) for texture in scene.textures))
 
 
 def _by_power(texture: Texture) -> Texture:

@@ -85,9 +85,9 @@ def models(scene: Scene) -> Iterator[Model]:
 
 def _cuts(scene: Scene) -> Iterator[Model]:
     """The ways to cut faces of more than three corners, shape, normals and uv together, that make a difference."""
-    shown = [each.texture >= 0 for each in scene.materials]
-    bends = any(_bends(each, each.normals) or (shown[each.material] and _bends(each, each.uv)) for each in scene.meshes)
-    folds = any(_folds(each) for each in scene.meshes)
+    shown = [material.texture >= 0 for material in scene.materials]
+    bends = any(_bends(mesh, mesh.normals) or (shown[mesh.material] and _bends(mesh, mesh.uv)) for mesh in scene.meshes)
+    folds = any(_folds(mesh) for mesh in scene.meshes)
     for each, how in _CUTS.items():
         if folds if each == "fan" else bends:
             cut = Model(
@@ -152,7 +152,7 @@ def _uv(change: Callable[[Floats, Floats], Floats]) -> Edit:
 def _diagonal_of(scene: Scene, intent: Mesh) -> Diagonal | None:
     """The diagonal by which what is drawn in the place of ``intent`` was cut from it, or None if it was not."""
     parent = intent.path.rsplit("/", 1)[0] + "/"
-    drawn = [each for each in scene.meshes if each.path.startswith(parent)]
+    drawn = [mesh for mesh in scene.meshes if mesh.path.startswith(parent)]
     if len(drawn) != 1:
         return None
     found = triangulate(drawn[0]).points
@@ -168,4 +168,4 @@ def _corner_set(points: Floats) -> set[bytes]:
     """The triangles ``points`` (t, 3, 3), each whatever corner it starts at and whichever way it goes round."""
     x, y, z = np.moveaxis(points + 0.0, 2, 0)  # no negative zeros
     order = np.lexsort((z, y, x), axis=-1)
-    return {each.tobytes() for each in np.take_along_axis(points + 0.0, order[:, :, None], axis=1)}
+    return {row.tobytes() for row in np.take_along_axis(points + 0.0, order[:, :, None], axis=1)}

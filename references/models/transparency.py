@@ -17,12 +17,12 @@ LARGEST = 0.5  # pixels: an epsilon of more detaches shadows that are seen
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with lights and surfaces that let something through."""
-    glass = any(any(each.transmission) for each in scene.materials)
-    if not scene.lights or not (glass or any(each.opacity < 1 for each in scene.materials)):
+    glass = any(any(material.transmission) for material in scene.materials)
+    if not scene.lights or not (glass or any(material.opacity < 1 for material in scene.materials)):
         return
     if scene.objects:
         yield from _crossings(scene)
-    if any(each.opacity < 1 for each in scene.materials):
+    if any(material.opacity < 1 for material in scene.materials):
         yield Model(
             name="opaque_shadow",
             kind="convention",
@@ -90,5 +90,5 @@ def _crossings(scene: Scene) -> Iterator[Model]:
                 cites=_EPSILON,
                 options={**dict.fromkeys(switches, gap), "gap_loses": loses},
                 when=("crossings", "once"),
-                declared=tuple(f"{each}=epsilon" for each in switches),
+                declared=tuple(f"{switch}=epsilon" for switch in switches),
             )

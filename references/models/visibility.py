@@ -25,7 +25,7 @@ FAR_ABOVE = 5e-4  # of distance and size: 500 times what float32 cannot tell apa
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with more than one object, or with a mesh that is folded over itself."""
-    if len(scene.objects) < 2 and not any(_folded(each) for each in scene.meshes):
+    if len(scene.objects) < 2 and not any(_folded(mesh) for mesh in scene.meshes):
         return
     yield Model(
         name="another_wins",

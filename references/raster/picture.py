@@ -107,13 +107,13 @@ def raster_depth(
 
 
 def _prepare(scene: Scene, options: RasterOptions, dtype: npt.DTypeLike) -> _Setup:
-    for each in scene.objects:
-        if not isinstance(each, Mesh):
-            raise SceneError("a rasteriser draws meshes, not analytic spheres", where=each.path, do="tessellate it")
-        material = scene.materials[each.material]
+    for shape in scene.objects:
+        if not isinstance(shape, Mesh):
+            raise SceneError("a rasteriser draws meshes, not analytic spheres", where=shape.path, do="tessellate it")
+        material = scene.materials[shape.material]
         if any(material.mirror) or any(material.transmission):
             raise SceneError("a rasteriser sends no rays on: no mirrors and no glass", where=material.path)
-    cut = tuple(split_ngons(each, options.diagonal) for each in scene.meshes)
+    cut = tuple(split_ngons(mesh, options.diagonal) for mesh in scene.meshes)
     flat = flatten(replace(scene, objects=cut), dtype)
     order = np.argsort(flat.face, kind="stable").astype(np.int64, copy=False)
     cells, biases = options.shadow_map, (options.shadow_bias, options.shadow_normal_bias)

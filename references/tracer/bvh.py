@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -43,7 +41,7 @@ def widen(
     return _native.widen(bounds, child, count)
 
 
-def side_by_side(triangles: npt.NDArray[Any], leaves: npt.NDArray[np.int32]) -> npt.NDArray[Any]:
+def side_by_side(triangles: npt.NDArray[np.floating], leaves: npt.NDArray[np.int32]) -> npt.NDArray[np.floating]:
     """The triangles (n, 9) of each leaf (l, 36): of each corner four x, four y and four z.
 
     Where a leaf has fewer its last triangle is repeated as the one point of its first corner, which no ray meets.

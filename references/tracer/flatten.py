@@ -5,6 +5,7 @@ What a scene lacks is None.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
@@ -14,10 +15,12 @@ import numpy.typing as npt
 from notabug.references.tracer import bvh
 from notabug.references.tracer.emitters import emitters
 from notabug.scenes_usd.faces import patches, shapes
-from notabug.scenes_usd.scene import Mesh, Object, Preview, Scene
+from notabug.scenes_usd.scene import Light, Mesh, Object, Preview, Scene
 from notabug.scenes_usd.triangulate import Triangles, triangulate
 
 Array = npt.NDArray[Any]
+Real = Callable[[npt.ArrayLike], Array]
+"""What brings numbers into the arithmetic of the kernels."""
 
 
 class Quads(NamedTuple):
@@ -125,7 +128,7 @@ class _Geometry(NamedTuple):
 
 
 @lru_cache(maxsize=2)  # most models edit no mesh; more would hold much memory where meshes are large
-def _geometry(objects: tuple[Object, ...], dtype: np.dtype[Any]) -> _Geometry:
+def _geometry(objects: tuple[Object, ...], dtype: np.dtype[np.generic]) -> _Geometry:
     parts: list[Triangles] = []
     owners, faces, corners, depths = [], [], [], []
     normals, uvs = [np.zeros((0, 3))], [np.zeros((0, 2))]
@@ -184,7 +187,7 @@ def _geometry(objects: tuple[Object, ...], dtype: np.dtype[Any]) -> _Geometry:
     )
 
 
-def _real(dtype: np.dtype[Any], array: Any) -> Array:
+def _real(dtype: np.dtype[np.generic], array: npt.ArrayLike) -> Array:
     return np.ascontiguousarray(array, dtype)
 
 
@@ -233,11 +236,11 @@ def _flat_faces(mesh: Mesh, cut: Triangles) -> npt.NDArray[np.int32]:
     return np.where(bent, own, cut.face).astype(np.int32)
 
 
-def _joined(parts: list[Any], order: Array, dtype: npt.DTypeLike) -> Array:
+def _joined(parts: Sequence[npt.NDArray[np.integer]], order: Array, dtype: npt.DTypeLike) -> Array:
     return np.ascontiguousarray(np.concatenate(parts)[order], dtype) if parts else np.zeros(0, dtype)
 
 
-def _light(light: Any) -> tuple[float, ...]:
+def _light(light: Light) -> tuple[float, ...]:
     far = light.kind in ("distant", "sun", "dome")
     return (float(far), *(light.direction if far else light.position), *light.intensity)
 
@@ -249,7 +252,7 @@ def _camera(scene: Scene) -> npt.NDArray[np.float64]:
     return np.concatenate([origin, x * camera.tan_x, y * camera.tan_y, -z, rest])
 
 
-def _quads(found: list[tuple[npt.NDArray[np.float64], int, int]], face: Array, real: Any) -> Quads | None:
+def _quads(found: list[tuple[npt.NDArray[np.float64], int, int]], face: Array, real: Real) -> Quads | None:
     if not found:
         return None
     numbers = np.array([number for _, _, number in found])
@@ -279,7 +282,7 @@ def _unit(vectors: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
-def _textures(scene: Scene, real: Any) -> Textures | None:
+def _textures(scene: Scene, real: Real) -> Textures | None:
     if not scene.textures:
         return None
     info, first = [], 0
@@ -291,7 +294,7 @@ def _textures(scene: Scene, real: Any) -> Textures | None:
     return Textures(real(texels), np.array(info, np.int64))
 
 
-def _spheres(scene: Scene, real: Any) -> Spheres | None:
+def _spheres(scene: Scene, real: Real) -> Spheres | None:
     found = [(i, each) for i, each in enumerate(scene.objects) if not isinstance(each, Mesh)]
     if not found:
         return None
@@ -303,7 +306,7 @@ def _spheres(scene: Scene, real: Any) -> Spheres | None:
     )
 
 
-def _lobes(scene: Scene, real: Any) -> Lobes | None:
+def _lobes(scene: Scene, real: Real) -> Lobes | None:
     if not any(any(each.specular) for each in scene.materials):
         return None
     kind = [
@@ -313,7 +316,7 @@ def _lobes(scene: Scene, real: Any) -> Lobes | None:
     return Lobes(real([(*each.specular, each.exponent) for each in scene.materials]), np.array(kind, np.int32))
 
 
-def _secondary(scene: Scene, real: Any) -> Secondary | None:
+def _secondary(scene: Scene, real: Real) -> Secondary | None:
     rows = [(each.opacity, *each.mirror, *each.transmission, each.ior) for each in scene.materials]
     plain = all(row[0] == 1.0 and not any(row[1:7]) for row in rows)
     if plain and all(each.preview is None for each in scene.materials) and all(each.is_plain for each in scene.lights):
@@ -324,7 +327,7 @@ def _secondary(scene: Scene, real: Any) -> Secondary | None:
 _MASKING = ("separable", "correlated", "schlick")  # in the order of Masking in references/native/scene.h
 
 
-def _previews(scene: Scene, real: Any) -> Previews | None:
+def _previews(scene: Scene, real: Real) -> Previews | None:
     found = [each.preview for each in scene.materials]
     if not any(found):
         return None

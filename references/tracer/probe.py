@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 
 from notabug.references import _native
-from notabug.references.tracer.envelope import Options
 from notabug.references.tracer.flatten import Flat, flatten
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Scene
 
 
@@ -60,7 +60,7 @@ def probe(scene: Scene, options: Options, x: float, y: float, flat: Flat | None 
     if told is None:
         return Probe()
     owner, lights = told.pop("object"), told.pop("lights")
-    paths = [each.path for each in scene.objects]
+    paths = [shape.path for shape in scene.objects]
     terms = []
     for light, each in zip(scene.lights, lights, strict=False):  # none where the surface is painted black
         blocker = each.pop("blocker")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from notabug.references.models.model import Edit, unchanged
 from notabug.references.workarounds.workaround import Setting, Workaround
-from notabug.scenes_usd.scene import Light, Mesh, Object, Scene
+from notabug.scenes_usd.scene import Floats, Light, Mesh, Object, Scene
 from notabug.scenes_usd.transform import rescaled
 
 _PAPER = "Woo, Pearce and Ouellette 1996, surface acne"
@@ -27,7 +26,7 @@ _LEAK = (
 def scaled(by: float) -> Edit:
     """An edit that makes the whole scene ``by`` times as large, camera and lights too: its picture is the same."""
 
-    def place(to_world: Any) -> Any:
+    def place(to_world: Floats) -> Floats:
         moved = to_world.copy()
         moved[:, :3] *= by
         return moved
@@ -51,14 +50,16 @@ def scaled(by: float) -> Edit:
         return replace(
             scene,
             camera=rescaled(replace(camera, to_world=to_world), by),
-            objects=tuple(thing(each) for each in scene.objects),
+            objects=tuple(thing(shape) for shape in scene.objects),
             lights=tuple(light(each) for each in scene.lights),
         )
 
     return edit
 
 
-def _starts(label: str, scene: str = "acne/grazing_plane", edit: Edit = unchanged, **attributes: Any) -> Setting:
+def _starts(
+    label: str, scene: str = "acne/grazing_plane", edit: Edit = unchanged, **attributes: str | float
+) -> Setting:
     """The scene from near by, in single precision, by the in-house tracer with ``attributes``."""
     adapters = {"inhouse": {"precision": "float32", **attributes}}
     return Setting(scene, {"camera_distance": "10"}, label, edit, adapters=adapters)

@@ -62,9 +62,9 @@ def files() -> dict[str, bytes]:
         ),
         materials(lambert("Sand", (0.8, 0.74, 0.62)), lambert("Blue", (0.32, 0.46, 0.72))),
         mesh("Plane", points, faces, material="Sand"),
-        mesh("Blocks", *joined([_block(*each) for each in BLOCKS]), material="Blue"),
+        mesh("Blocks", *joined([_block(*block) for block in BLOCKS]), material="Blue"),
         distances(1.5, ("10", "1e3", "1e5")),
-        variant_set("light_elevation", {each: _light(float(each)) for each in ELEVATIONS}),
+        variant_set("light_elevation", {elevation: _light(float(elevation)) for elevation in ELEVATIONS}),
     ]
     metadata = selected(camera_distance="10", light_elevation=DEFAULT)
     return {"acne/grazing_plane.usda": stage(CARD, parts, requires=("distant_light",), metadata=metadata)}

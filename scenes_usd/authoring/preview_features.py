@@ -385,7 +385,8 @@ FEATURES = (
         "Normalize divides by width times height.",
         **soft(
             "Rect",
-            "float inputs:intensity = 16\nfloat inputs:width = 1.2\nfloat inputs:height = 0.5\nbool inputs:normalize = 1",
+            "float inputs:intensity = 16\nfloat inputs:width = 1.2\nfloat inputs:height = 0.5\n"
+            "bool inputs:normalize = 1",
         ),
     ),
     _f(

@@ -23,7 +23,10 @@ def map_sets(bias: Sequence[str], normal_bias: Sequence[str]) -> tuple[str, ...]
         variant_set("normal_bias", {each: over("Light", _number("normalBias", each)) for each in normal_bias}),
         variant_set(
             "resolution",
-            {each: over("Light", f"custom int notabug:shadowMap:resolution = {each}") for each in RESOLUTIONS},
+            {
+                resolution: over("Light", f"custom int notabug:shadowMap:resolution = {resolution}")
+                for resolution in RESOLUTIONS
+            },
         ),
     )
 

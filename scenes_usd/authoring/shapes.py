@@ -119,7 +119,7 @@ def joined(shapes: Sequence[Shape]) -> Shape:
     """All ``shapes`` in one."""
     points: list[Row] = []
     faces: list[tuple[int, ...]] = []
-    for each in shapes:
-        faces += [tuple(corner + len(points) for corner in face) for face in each[1]]
-        points += each[0]
+    for shape in shapes:
+        faces += [tuple(corner + len(points) for corner in face) for face in shape[1]]
+        points += shape[0]
     return points, faces

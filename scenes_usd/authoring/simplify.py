@@ -56,7 +56,7 @@ def simplified(*, with_uv: bool) -> str:
     corners, triangles, wedges = json.loads(done.stdout[done.stdout.index("[[") :])
     name = "with_uv" if with_uv else "without_uv"
     lines = [f"v {' '.join(number(x) for x in point)}" for point in corners]
-    lines += [f"vt {' '.join(number(x) for x in each)}" for each in wedges]
+    lines += [f"vt {' '.join(number(x) for x in wedge)}" for wedge in wedges]
     lines += ["f " + " ".join(f"{i + 1}/{i + 1}" for i in triangle) for triangle in triangles]
     return TITLE.format(name=name, faces=len(triangles), all=len(faces)) + "\n".join(lines) + "\n"
 

@@ -211,7 +211,7 @@ def over(path: str, *lines: str) -> str:
 def selected(**defaults: str) -> str:
     """Metadata of the default prim: its variant sets and the choice that is the default."""
     lines = "\n".join(f"    string {name} = {quote(chosen)}" for name, chosen in defaults.items())
-    names = ", ".join(quote(each) for each in defaults)
+    names = ", ".join(quote(default) for default in defaults)
     sets = f"[{names}]" if len(defaults) > 1 else names
     return f"variants = {{\n{lines}\n}}\nprepend variantSets = {sets}"
 

@@ -28,7 +28,7 @@ def vectors(rows: Iterable[Vector], per_line: int = 8) -> str:
 
 def integers(values: Iterable[int], per_line: int = 24) -> str:
     """``[0, 1, 2]``, broken into lines of ``per_line`` entries where there are more."""
-    return _lines([str(int(each)) for each in values], per_line)
+    return _lines([str(int(value)) for value in values], per_line)
 
 
 def indent(text: str, levels: int = 1) -> str:

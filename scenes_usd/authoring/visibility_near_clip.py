@@ -60,7 +60,7 @@ def files() -> dict[str, bytes]:
             lambert("Blue", (0.16, 0.34, 0.7)),
         ),
         mesh("Floor", points, faces, material="Grey"),
-        *(_sheet(*each) for each in SHEETS),
+        *(_sheet(*sheet) for sheet in SHEETS),
         variant_set(
             "near", {each: over("Camera", f"float2 clippingRange = {vector((float(each), FAR))}") for each in NEAR}
         ),

@@ -17,7 +17,8 @@ from notabug.adapters.base import Adapter, Quality, UnsupportedError
 from notabug.adapters.llvm import Library
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.povray import PovRay
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Mesh, Sphere, Texture
 
 HALF_STEP = 0.51 / 65535

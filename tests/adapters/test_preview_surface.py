@@ -13,7 +13,8 @@ from notabug.adapters.base import Quality, UnsupportedError
 from notabug.adapters.cycles import Cycles
 from notabug.adapters.mitsuba_job import job
 from notabug.adapters.registry import needs
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Material, Preview, Texture
 
 ALBEDO = (0.8, 0.5, 0.1)

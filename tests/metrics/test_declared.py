@@ -19,7 +19,8 @@ from notabug.metrics.verdict import Verdict
 from notabug.references.models.coordinates import moved, sideways
 from notabug.references.models.model import Model, models
 from notabug.references.predict import configured
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.authoring.shapes import box
 from notabug.scenes_usd.authoring.stage import (
     camera,

@@ -13,7 +13,7 @@ from scipy import ndimage
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import admissible
 from notabug.metrics.excused import BUDGET, PAIR, RATE, SURE, crowded, excused, most
-from notabug.metrics.neighbours import widened
+from notabug.metrics.image_filters import widened
 from notabug.references.predict import predict
 from notabug.references.tracer.envelope import SEEN, Envelope
 from notabug.scenes_usd.scene import Mesh, Scene

@@ -12,9 +12,10 @@ from notabug.adapters.base import Declaration
 from notabug.bench.generality.draw import write_random_scene
 from notabug.bench.generality.jobs import sized
 from notabug.metrics.admissible import Admissible
-from notabug.metrics.explain import admitted, fit, habits
+from notabug.metrics.explain import fit
 from notabug.metrics.judge import judge
 from notabug.metrics.noise import measure
+from notabug.metrics.sets import admitted, habits
 from notabug.references.models.model import Model, models
 from notabug.references.predict import configured
 from notabug.references.tracer.envelope import trace_picture

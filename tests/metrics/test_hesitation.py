@@ -15,7 +15,8 @@ from notabug.adapters.base import Declaration
 from notabug.metrics.judge import judge
 from notabug.metrics.verdict import Verdict
 from notabug.references.predict import Near, predict
-from notabug.references.tracer.envelope import Envelope, Options, trace_picture
+from notabug.references.tracer.envelope import Envelope, trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Camera, Card, Light, Scene
 
 Floats = npt.NDArray[np.floating]

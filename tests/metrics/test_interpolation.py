@@ -15,7 +15,8 @@ from notabug.adapters.zbuffer import ZBuffer
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.phong import with_lobe
 from notabug.references.raster.picture import RasterOptions, raster_picture
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Scene
 
 INTERPOLATIONS = ("phong", "gouraud", "flat")

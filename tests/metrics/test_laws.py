@@ -18,10 +18,10 @@ from scipy import ndimage
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import admissible
 from notabug.metrics.causes import gain_message
+from notabug.metrics.image_checks import invalid
 from notabug.metrics.judge import judge
 from notabug.metrics.noise import measure
 from notabug.metrics.perceive import delta_itp
-from notabug.metrics.valid import invalid
 from notabug.metrics.verdict import Leg, Verdict
 from notabug.references.models.model import Model
 from notabug.references.predict import Near

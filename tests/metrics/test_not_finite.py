@@ -13,9 +13,9 @@ import pytest
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import admissible, reckonable
+from notabug.metrics.image_checks import LARGEST, finite, invalid
 from notabug.metrics.judge import judge
 from notabug.metrics.noise import measure
-from notabug.metrics.valid import LARGEST, finite, invalid
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.model import Model
 from notabug.references.predict import Near

@@ -13,11 +13,11 @@ from hypothesis.extra import numpy as hnp
 from scipy import ndimage, stats
 
 from notabug.metrics.causes import encoded, zoomed
+from notabug.metrics.image_checks import box
+from notabug.metrics.image_filters import blurred, extreme, laplacian, weighed, widened
 from notabug.metrics.judge import regions
-from notabug.metrics.neighbours import blurred, extreme, laplacian, weighed, widened
 from notabug.metrics.noise import TILE, measure, tiles
 from notabug.metrics.significance import discoveries
-from notabug.metrics.valid import box
 from notabug.metrics.verdict import Finding, Leg, Verdict
 from notabug.scenes_usd.srgb import decode_srgb
 

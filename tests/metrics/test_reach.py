@@ -11,10 +11,11 @@ from notabug.bench.generality.draw import write_random_scene
 from notabug.bench.generality.examine import unknown_making
 from notabug.bench.generality.jobs import sized
 from notabug.metrics.admissible import admissible
-from notabug.metrics.explain import admitted, fit, habits
+from notabug.metrics.explain import fit
 from notabug.metrics.noise import measure
 from notabug.metrics.predictions import Predictions
 from notabug.metrics.reach import Reach, reach
+from notabug.metrics.sets import admitted, habits
 from notabug.references.models.model import Model, excluded_by, models
 from notabug.references.predict import configured, predict
 from notabug.references.tracer.envelope import trace_picture

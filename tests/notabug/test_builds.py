@@ -10,14 +10,16 @@ from typing import Any
 from xml.etree import ElementTree
 
 import junitparser
+import numpy as np
 import pytest
 
 from notabug.adapters.base import RendererError
-from notabug.commands.diff import compare
 from notabug.commands.merge import MergeError, merge
 from notabug.metrics.verdict import Finding, Verdict
+from notabug.results.changes import compare
 from notabug.results.record import Result
 from notabug.runs.selection import Choice, part
+from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader import find
 
 NASTY = "a]]>\x00<b>\n::error::x|`%"
@@ -284,3 +286,18 @@ def test_a_terminal_gets_styles_of_ours_alone() -> None:
     assert "hidden" in said
     for each in ("\x1b]", "\x1b[8m", "\x07", "\x9b", "\u202e"):
         assert each not in said
+
+
+def test_a_picture_that_was_judged_is_a_run_that_can_be_merged(door: Any, tmp_path: Path) -> None:
+    """One builder writes ``run.json``: whoever reads the record of a run reads that of `judge --out`, too."""
+    write_exr(tmp_path / "a.exr", np.full((256, 256, 3), 0.5, np.float32))
+    door("judge", "a.exr", "--scene", "terminator/sphere", "--out", "one")
+    judged = json.loads(Path("one/run.json").read_text())
+    door("run", "terminator/sphere", "--out", "run")
+    ran = json.loads(Path("run/run.json").read_text())
+    assert set(ran) <= set(judged)
+    assert set(judged) - set(ran) == {"declaration"}
+    assert door("merge", "one", "--out", "whole") in (0, 1)
+    whole = json.loads(Path("whole/run.json").read_text())
+    assert [result["renderer"] for result in whole["results"]] == ["file"]
+    assert set(whole) - set(ran) == {"partial"}

@@ -13,10 +13,10 @@ import pytest
 from notabug.bench.verdict.catalogue import FAULTS, LIMITATIONS, staged
 from notabug.bench.verdict.command import command
 from notabug.bench.verdict.design import FULL, QUICK, SEEDS, Group, groups, seeds_of
-from notabug.bench.verdict.exposure import expose, moved, shows
-from notabug.bench.verdict.film import BY_NAME, filtered
+from notabug.bench.verdict.evaluate import expose, moved, shows
+from notabug.bench.verdict.image_formation import BY_NAME, filtered
 from notabug.bench.verdict.run import Record, kept, run
-from notabug.bench.verdict.stage import STAGES, jittered, resized
+from notabug.bench.verdict.scene_setup import STAGES, jittered, resized
 from notabug.bench.verdict.summary import OURS, area, best_threshold, confusion, rate, scores
 from notabug.exit_codes import ExitCode
 from notabug.scenes_usd.reader import read_scene

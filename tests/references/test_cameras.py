@@ -17,7 +17,8 @@ from notabug.metrics.leeway import _surface
 from notabug.references.models.camera import pixel_shift
 from notabug.references.predict import configured
 from notabug.references.raster.picture import RasterOptions, raster_depth, raster_picture
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.references.tracer.probe import probe
 from notabug.references.viewing import projected
 from notabug.scenes_usd.card import OWN_CARD

@@ -10,7 +10,8 @@ import numpy.typing as npt
 import pytest
 from scipy import ndimage
 
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.catalogue import scenes
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Camera, Scene

@@ -13,7 +13,8 @@ from notabug.references import predict as prediction
 from notabug.references.models.light import GAIN
 from notabug.references.models.model import Model, models
 from notabug.references.predict import configured, predict
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd import catalogue
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Emitter, Light, Material, Scene, Shaping, Texture

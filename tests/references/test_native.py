@@ -16,8 +16,9 @@ import pytest
 
 from notabug.references import _native, predict
 from notabug.references.raster.picture import RasterOptions, raster_picture
-from notabug.references.tracer.envelope import Options, trace_envelope
+from notabug.references.tracer.envelope import trace_envelope
 from notabug.references.tracer.flatten import flatten
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Material, Scene
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -12,7 +12,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Material, Preview, Texture
 
 mpf = mpmath.mpf

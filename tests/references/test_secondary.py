@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Material, Mesh
 

@@ -14,8 +14,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from notabug.references import _native
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
 from notabug.references.tracer.flatten import flatten
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Mesh
 
 MAJOR, MINOR = 1.0, 0.4

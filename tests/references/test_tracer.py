@@ -12,8 +12,9 @@ from scipy import ndimage
 
 from notabug.references import _native
 from notabug.references.tracer import bvh
-from notabug.references.tracer.envelope import Options, trace_envelope, trace_picture
+from notabug.references.tracer.envelope import trace_envelope, trace_picture
 from notabug.references.tracer.flatten import flatten
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Material, Texture
 from notabug.scenes_usd.triangulate import split_ngons
 

@@ -8,7 +8,6 @@ import time
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.progress import Progress
@@ -126,7 +125,7 @@ def jobs(
     return found
 
 
-def _show(found: dict[str, Any]) -> None:
+def _show(found: Record) -> None:
     out = console()
     for part, numbers in found.items():
         table = Table("pictures by", *WORDS, title=f"generality, {part}")

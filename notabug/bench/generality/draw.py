@@ -37,7 +37,7 @@ def write_random_scene(seed: int, index: int, folder: Path) -> Path:
             (folder / each.texture).write_bytes(png(picture(rng)))
     size = _size(rng, what)
     eye = float(rng.uniform(0.0, 360.0))
-    corners = np.concatenate([each.corners for each in things if not each.ground])
+    corners = np.concatenate([thing.corners for thing in things if not thing.ground])
     camera, middle, away = _camera(rng, corners, size, eye)
     lights = _lights(rng, what, middle, max(away / 2.0, 2.0), eye)
     turned = 'float xformOp:rotateX = 90\nuniform token[] xformOpOrder = ["xformOp:rotateX"]'

@@ -51,7 +51,7 @@ def with_fault(who: Adapter, fault: TextFault | JobFault) -> Adapter:
 
 def order(seed: int, index: int, name: str) -> list[str]:
     """The faults of the renderer ``name`` in the order in which they are tried on a scene: each is first in turn."""
-    names = sorted(kinds(name), key=lambda each: hashlib.blake2b(f"{seed} {each}".encode()).digest())
+    names = sorted(kinds(name), key=lambda kind: hashlib.blake2b(f"{seed} {kind}".encode()).digest())
     turn = index // 2 % len(names)  # of two renderers each has every other scene
     return names[turn:] + names[:turn]
 

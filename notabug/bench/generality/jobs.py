@@ -81,7 +81,7 @@ def installed(wanted: tuple[str, ...]) -> tuple[str, ...]:
 def folder(who: tuple[str, ...] = ()) -> Path:
     """Where records are kept; another one for every version of our code and of the renderers ``who``."""
     sources = (notabug.bench.generality, notabug.scenes_usd, notabug.references, notabug.adapters, notabug.metrics)
-    known = [source_hash(Path(each.__path__[0])) for each in sources]
+    known = [source_hash(Path(source.__path__[0])) for source in sources]
     for name in who:
         found = adapter(name).find()
         known.append(f"{name} {found.version} {found.key}")

@@ -37,13 +37,13 @@ def limitation_jobs(count: int, seed: int, *, naming: bool, side: int) -> list[J
 def choices(scene: Scene) -> dict[str, Model | None]:
     """The limitations and conventions that can be switched on in ``scene``, by name; None: by an edit of its own."""
     found: dict[str, Model | None] = {
-        each.name: each
-        for each in models(scene)
-        if each.kind in ("limitation", "convention")
-        and each.rule != "set"
-        and each.name not in (*ROUNDING, *MAPS, *ALWAYS)
+        model.name: model
+        for model in models(scene)
+        if model.kind in ("limitation", "convention")
+        and model.rule != "set"
+        and model.name not in (*ROUNDING, *MAPS, *ALWAYS)
     }
-    if any(scene.materials[each.material].texture >= 0 for each in scene.objects):
+    if any(scene.materials[shape.material].texture >= 0 for shape in scene.objects):
         found[NEAREST] = None
     return found
 
@@ -99,7 +99,7 @@ def drawn_with(scene: Scene, name: str, model: Model | None) -> Pixels:
     beside = [each for each in models(scene) if each.name in ALWAYS and each.name != name]
     changed, options = configured(scene, [*beside, *([] if model is None else [model])])
     if name == NEAREST:
-        changed = replace(changed, textures=tuple(nearest(each) for each in changed.textures))
+        changed = replace(changed, textures=tuple(nearest(texture) for texture in changed.textures))
     large = replace(changed, width=scene.width * SUBSAMPLES, height=scene.height * SUBSAMPLES)
     picture = trace_picture(large, options, threads=1)
     boxes = picture.reshape(scene.height, SUBSAMPLES, scene.width, SUBSAMPLES, 3)

@@ -33,7 +33,7 @@ def grey(rng: np.random.Generator, low: float, high: float) -> tuple[float, floa
 
 def picture(rng: np.random.Generator) -> npt.NDArray[np.uint8]:
     """A texture of random texels, or of random blocks."""
-    height, width = (int(each) for each in rng.integers(4, LARGEST + 1, 2))
+    height, width = (int(side) for side in rng.integers(4, LARGEST + 1, 2))
     if rng.uniform() < 0.5:
         return rng.integers(20, 256, (height, width, 3)).astype(np.uint8)
     coarse = rng.integers(20, 256, (-(-height // 3), -(-width // 3), 3))

@@ -10,11 +10,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from notabug.adapters.mitsuba_job import Arrays
+from notabug.adapters.job_types import Arrays, MitsubaLook, MitsubaTexture
 from notabug.bench.generality.povray_faults import MISSING, MOVED, SEEN_ELSEWHERE
 
 Job = dict[str, Any]
+Numbers = npt.NDArray[np.floating]
 Edit = Callable[[Job, Arrays], None]
 
 
@@ -69,7 +71,7 @@ def _near_plane(job: Job, _: Arrays) -> None:
     job["camera"]["near"] *= 60.0
 
 
-def _looks(change: Callable[[dict[str, Any]], None]) -> Edit:
+def _looks(change: Callable[[MitsubaLook], None]) -> Edit:
     def edit(job: Job, _: Arrays) -> None:
         for look in job["looks"].values():
             change(look)
@@ -77,27 +79,27 @@ def _looks(change: Callable[[dict[str, Any]], None]) -> Edit:
     return edit
 
 
-def _exponent(look: dict[str, Any]) -> None:
+def _exponent(look: MitsubaLook) -> None:
     look["exponent"] *= 1.6
 
 
-def _lobe(look: dict[str, Any]) -> None:
+def _lobe(look: MitsubaLook) -> None:
     look["lobe"] = "blinn" if look["lobe"] == "phong" else "phong"
 
 
-def _without_highlight(look: dict[str, Any]) -> None:
+def _without_highlight(look: MitsubaLook) -> None:
     look["specular"] = [0.0, 0.0, 0.0]
 
 
-def _brighter_mirror(look: dict[str, Any]) -> None:
+def _brighter_mirror(look: MitsubaLook) -> None:
     look["mirror"] = [1.3 * each for each in look["mirror"]]
 
 
-def _denser(look: dict[str, Any]) -> None:
+def _denser(look: MitsubaLook) -> None:
     look["ior"] = 1.1 * look["ior"] if any(look["transmission"]) else look["ior"]
 
 
-def _opaque(look: dict[str, Any]) -> None:
+def _opaque(look: MitsubaLook) -> None:
     look["opacity"] = 1.0
 
 
@@ -123,7 +125,7 @@ def _object_lost(job: Job, _: Arrays) -> None:
         del job["objects"][0]
 
 
-def _parts(kind: str, change: Callable[[Any], Any]) -> Edit:
+def _parts(kind: str, change: Callable[[Numbers], Numbers]) -> Edit:
     def edit(job: Job, arrays: Arrays) -> None:
         for each in job["objects"]:
             if kind in each:
@@ -149,7 +151,7 @@ def _triangles_lost(job: Job, arrays: Arrays) -> None:
                 arrays[each[part]] = np.ascontiguousarray(arrays[each[part]][np.repeat(kept, 3)])
 
 
-def _textures(change: Callable[[dict[str, Any], Arrays], None]) -> Edit:
+def _textures(change: Callable[[MitsubaTexture, Arrays], None]) -> Edit:
     def edit(job: Job, arrays: Arrays) -> None:
         for each in job["textures"].values():
             change(each, arrays)
@@ -157,11 +159,11 @@ def _textures(change: Callable[[dict[str, Any], Arrays], None]) -> Edit:
     return edit
 
 
-def _decoded(texture: dict[str, Any], arrays: Arrays) -> None:
+def _decoded(texture: MitsubaTexture, arrays: Arrays) -> None:
     arrays[texture["pixels"]] = np.power(arrays[texture["pixels"]], 2.2).astype(np.float32)
 
 
-def _nearest(texture: dict[str, Any], _: Arrays) -> None:
+def _nearest(texture: MitsubaTexture, _: Arrays) -> None:
     texture["filter"] = "nearest"
 
 

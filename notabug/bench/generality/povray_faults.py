@@ -103,7 +103,7 @@ def _no_shadow(text: str, count: int = 0) -> str:
 
 def _is_unclamped(scene: Scene) -> bool:
     """Whether the uv in POV-Ray's text are the scene's: a clamped texture is written larger, and its uv with it."""
-    return all("clamp" not in (each.wrap_s, each.wrap_t) for each in scene.textures)
+    return all("clamp" not in (texture.wrap_s, texture.wrap_t) for texture in scene.textures)
 
 
 def _camera(text: str, name: str, factors: tuple[float, float, float]) -> str:

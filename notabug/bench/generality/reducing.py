@@ -40,16 +40,16 @@ class QuickExaminer(Examiner):
 def write_bugs(records: Sequence[Record], out: Path, note: Note, seconds: float) -> list[Path]:
     """A folder in ``out`` for each bug among ``records`` that should not be there, shrunk for ``seconds`` at most."""
     made = []
-    for each in records:
-        if each["word"] != "bug" or each["renderer"] in CONTROLS or each["part"] not in ("scenes", "meshes"):
+    for record in records:
+        if record["word"] != "bug" or record["renderer"] in CONTROLS or record["part"] not in ("scenes", "meshes"):
             continue
-        name = each.get("mesh") or f"{each['seed']}-{each['index']:04}"
-        path = out / folder_name(f"{name}-{each['renderer']}")
+        name = record.get("mesh") or f"{record['seed']}-{record['index']:04}"
+        path = out / folder_name(f"{name}-{record['renderer']}")
         try:
-            _write(each, path, note, seconds)
+            _write(record, path, note, seconds)
             made.append(path)
         except (RendererError, UnsupportedError, NotabugError, ValueError, ArithmeticError) as error:
-            note(f"not reduced: {sentence(each)}: {error}")
+            note(f"not reduced: {sentence(record)}: {error}")
     return made
 
 

@@ -54,7 +54,9 @@ class _Builder:
         self.uv += uv
 
     def polygon(self, corners: Sequence[Corner]) -> None:
-        self.face([each[0] for each in corners], [each[1] for each in corners], [each[2] for each in corners])
+        self.face(
+            [corner[0] for corner in corners], [corner[1] for corner in corners], [corner[2] for corner in corners]
+        )
 
     def made(self, *, closed: bool) -> Shape:
         normals = np.array(self.normals)

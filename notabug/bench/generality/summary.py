@@ -14,13 +14,13 @@ CONTROLS = ("black", "noise")  # pictures that must not pass
 WORDS = ("pass", "limitation", "bug", "inconclusive", "unsupported", "error", "traceback")
 
 
-def summary(records: Sequence[Record]) -> dict[str, Any]:
+def summary(records: Sequence[Record]) -> Record:
     """Counts of each part, and the records that somebody has to look at."""
     parts = list(dict.fromkeys(each["part"] for each in records))
     return {part: _part(part, [each for each in records if each["part"] == part]) for part in parts}
 
 
-def _part(part: str, records: Sequence[Record]) -> dict[str, Any]:
+def _part(part: str, records: Sequence[Record]) -> Record:
     found: dict[str, Any] = {"pictures": len(records), "words": words(records)}
     found["tracebacks"] = [each for each in records if each["word"] == "traceback"]
     found["errors"] = [each for each in records if each["word"] == "error"]
@@ -61,7 +61,7 @@ def _right(record: Record) -> bool:
     return bool(record["bugs"]) and record["bugs"][0] in record["right"]
 
 
-def _share(hits: int, of: int) -> dict[str, Any]:
+def _share(hits: int, of: int) -> Record:
     return {"hits": hits, "of": of, "share": hits / of if of else None}
 
 
@@ -73,7 +73,7 @@ def words(records: Sequence[Record]) -> dict[str, dict[str, int]]:
     return {name: {word: count[word] for word in WORDS} for name, count in counts.items()}
 
 
-def is_bad(found: dict[str, Any]) -> bool:
+def is_bad(found: Record) -> bool:
     """Whether something is wrong with us: a false bug, a traceback, a control that passed."""
     return any(found.get(key) for key in ("false_bugs", "tracebacks", "controls_passed"))
 

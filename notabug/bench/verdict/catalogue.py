@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from notabug.bench.verdict.film import SUBSAMPLES
-from notabug.bench.verdict.stage import STAGES
+from notabug.bench.verdict.image_formation import SUBSAMPLES
+from notabug.bench.verdict.scene_setup import STAGES
 from notabug.metrics.causes import encoded
 from notabug.references.models.model import Model, models
 from notabug.scenes_usd.scene import Scene

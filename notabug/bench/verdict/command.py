@@ -12,7 +12,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from notabug.bench.verdict.design import FULL, QUICK, groups
-from notabug.bench.verdict.exposure import expose
+from notabug.bench.verdict.evaluate import expose
 from notabug.bench.verdict.renderers import expose_renderer, renderer_groups
 from notabug.bench.verdict.run import Record, folder, run
 from notabug.bench.verdict.summary import OURS, summary
@@ -64,7 +64,7 @@ def command(*, quick: bool, as_json: bool, out: Path) -> ExitCode:
     return ExitCode.BUG if alarms else ExitCode.OK
 
 
-def _plots(out: Path, document: dict[str, Any]) -> None:
+def _plots(out: Path, document: Record) -> None:
     try:
         from notabug.bench.verdict.plots import draw
     except ImportError:
@@ -74,7 +74,7 @@ def _plots(out: Path, document: dict[str, Any]) -> None:
         console(stderr=True).print(str(path), markup=False, soft_wrap=True)
 
 
-def _show(side: str, found: dict[str, Any]) -> None:
+def _show(side: str, found: Record) -> None:
     matrix = Table("label", *found["confusion"]["clean"], title=f"{side}: our word for each label")
     for label, row in found["confusion"].items():
         matrix.add_row(label, *(str(each) for each in row.values()))
@@ -100,7 +100,7 @@ def _show(side: str, found: dict[str, Any]) -> None:
             row.get(key) for key in ("auc", "auc_clean", "best", "missed", "limitations_called_bug", "clean_called_bug")
         )
         style = "bold" if row["name"] == OURS else ""
-        gates.add_row(row["name"], *("-" if each is None else f"{each:.3f}" for each in cells), style=style)
+        gates.add_row(row["name"], *("-" if cell is None else f"{cell:.3f}" for cell in cells), style=style)
     console().print(gates)
     alarms = Table("condition", "false alarms per 1,000", "of", title=f"{side}: clean pictures")
     for name, each in found["false_alarms"].items():
@@ -115,7 +115,7 @@ def _show(side: str, found: dict[str, Any]) -> None:
         )
 
 
-def _cells(each: dict[str, Any]) -> tuple[str, str, str]:
+def _cells(each: Record) -> tuple[str, str, str]:
     if each["share"] is None:
         return "-", "0", "-"
     low, high = each["interval"]

@@ -9,10 +9,10 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from notabug.bench.verdict.catalogue import FAULTS, LIMITATIONS, Fault, Limitation, models_of, staged
-from notabug.bench.verdict.film import BY_NAME, CONDITIONS
+from notabug.bench.verdict.image_formation import BY_NAME, CONDITIONS
 from notabug.scenes_usd.catalogue import scenes
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
@@ -82,7 +82,7 @@ class Group:
         """A number fixed by the group, for choices."""
         return number(self.label, self.name, self.strength, self.scene, self.variants, self.seed, what)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, object]:
         return {**asdict(self), "variants": dict(self.variants)}
 
     def setting(self) -> tuple[str, tuple[tuple[str, str], ...], int]:
@@ -104,7 +104,7 @@ def seeds_of(scene: str, side: Side) -> tuple[int, ...]:
 
 def corpus() -> list[Place]:
     """Every scene of the design: (id, variants)."""
-    return [(each.id, ()) for each in scenes()] + [(name, tuple(sorted(of.items()))) for name, of in EXTRA]
+    return [(scene.id, ()) for scene in scenes()] + [(name, tuple(sorted(of.items()))) for name, of in EXTRA]
 
 
 def groups(size: Size) -> list[Group]:
@@ -125,7 +125,7 @@ def _clean(size: Size, drawn: Mapping[Place, Scene]) -> Iterator[Group]:
 
 def _chosen(count: int, *parts: object) -> tuple[str, ...]:
     """The ``count`` conditions of a group: those of ``NAMED`` always, and others by hash."""
-    others = [each.name for each in CONDITIONS if each.name not in NAMED]
+    others = [condition.name for condition in CONDITIONS if condition.name not in NAMED]
     others.sort(key=lambda name: number("condition", *parts, name))
     return (*NAMED, *others[: count - len(NAMED)])
 

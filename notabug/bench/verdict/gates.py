@@ -14,6 +14,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from notabug.scenes_usd.srgb import encode_srgb
+
 Floats = npt.NDArray[np.floating]
 
 VARIANCE_FLOOR = 1e-4  # Mitsuba's
@@ -99,9 +101,7 @@ def gates() -> tuple[Gate, ...]:
 
 def eight_bit(linear: Floats) -> Floats:
     """Linear to 8-bit sRGB and back to 0..1 (still encoded)."""
-    x = np.clip(linear, 0.0, 1.0)
-    encoded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(x, 1 / 2.4) - 0.055)
-    return np.asarray(np.round(encoded * 255.0) / 255.0)
+    return np.asarray(np.round(encode_srgb(np.clip(linear, 0.0, 1.0)) * 255.0) / 255.0)
 
 
 def _more(share: float, allowed: float) -> float:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from notabug.bench.verdict.summary import OURS
+from notabug.bench.verdict.summary import OURS, Record
 
 
-def draw(out: Path, document: dict[str, Any]) -> Iterator[Path]:
+def draw(out: Path, document: Record) -> Iterator[Path]:
     """Write the plots of the evaluation side into ``out`` and return their paths."""
     mpl.rcParams["svg.hashsalt"] = "notabug"  # the same numbers give the same file
     side = document["sides"]["evaluation"]
@@ -22,7 +21,7 @@ def draw(out: Path, document: dict[str, Any]) -> Iterator[Path]:
         yield path
 
 
-def _areas(side: dict[str, Any]) -> Figure:
+def _areas(side: Record) -> Figure:
     rows = sorted((row for row in side["judges"] if row["auc"] is not None), key=lambda row: row["auc"])
     figure = Figure(figsize=(6, 0.28 * len(rows) + 1))
     axes = figure.subplots()
@@ -36,7 +35,7 @@ def _areas(side: dict[str, Any]) -> Figure:
     return figure
 
 
-def _floors(side: dict[str, Any]) -> Figure:
+def _floors(side: Record) -> Figure:
     """For each judge the share of (fault, condition) pairs it finds at some strength without a false alarm."""
     names = [row["name"] for row in side["judges"]]
     rows = side["floors"]

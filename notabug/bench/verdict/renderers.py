@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +15,8 @@ import numpy.typing as npt
 from notabug.adapters.base import Adapter, Quality, RendererMissingError, UnsupportedError
 from notabug.adapters.registry import adapters
 from notabug.bench.verdict.catalogue import FAULTS
-from notabug.bench.verdict.design import Group, Size, number
-from notabug.bench.verdict.exposure import around, fault_of, said, scene_of, shows
+from notabug.bench.verdict.design import Group, Label, Size, number
+from notabug.bench.verdict.evaluate import around, fault_of, said, scene_of, shows
 from notabug.metrics.judge import judge
 from notabug.scenes_usd.picture import read_picture
 from notabug.scenes_usd.scene import Scene
@@ -79,7 +78,7 @@ def renderer_groups(size: Size) -> list[Group]:
         except (RendererMissingError, KeyError):
             continue
 
-        def group(label: Any, fault: str, kind: str, strength: float, scene: str, name: str = name) -> Group:
+        def group(label: Label, fault: str, kind: str, strength: float, scene: str, name: str = name) -> Group:
             return Group(label, fault, kind, strength, scene, (), 0, "evaluation", (name,), size.side)
 
         kinds = {each.name: each.group for each in FAULTS}
@@ -91,7 +90,7 @@ def renderer_groups(size: Size) -> list[Group]:
     return sorted(drawn, key=lambda each: (each.conditions, each.setting()))
 
 
-def expose_renderer(group: Group) -> list[dict[str, Any]]:
+def expose_renderer(group: Group) -> list[dict[str, object]]:
     """The record of one picture; none where the renderer cannot draw the scene."""
     (name,) = group.conditions
     adapter = adapters()[name]
@@ -108,7 +107,7 @@ def expose_renderer(group: Group) -> list[dict[str, Any]]:
     visible = True
     if fault is not None:
         if group.name == "pixel_shift":  # half a pixel, by the mean of two neighbours
-            pictures = [(each + _moved(each)) / 2 for each in pictures]
+            pictures = [(picture + _moved(picture)) / 2 for picture in pictures]
         # with the same seeds: where a renderer turns normals by itself, the same
         mean, right = np.mean(pictures, axis=0), _right(adapter, scene)
         visible = shows(mean, right, np.zeros_like(mean), around(right))

@@ -39,7 +39,7 @@ Work = TypeVar("Work", bound=Keyed)
 def folder() -> Path:
     """Where records are kept; another one for every version of the judge, the references and the bench."""
     sources = (notabug.bench.verdict, notabug.metrics, notabug.references)
-    versions = [source_hash(Path(each.__path__[0])) for each in sources]
+    versions = [source_hash(Path(source.__path__[0])) for source in sources]
     return cache_root() / "bench" / "-".join([*versions, _native.SOURCES])
 
 
@@ -70,8 +70,8 @@ def run(
     context = multiprocessing.get_context("spawn")  # the kernels' threads do not survive a fork
     with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with, initargs=(os.getpid(),)) as pool:
         settings = [list(each) for _, each in groupby(waiting, lambda work: work.setting())]
-        parts = [each[at : at + TOGETHER] for each in settings for at in range(0, len(each), TOGETHER)]
-        made = [pool.submit(_setting, each, expose, within) for each in parts]
+        parts = [setting[at : at + TOGETHER] for setting in settings for at in range(0, len(setting), TOGETHER)]
+        made = [pool.submit(_setting, part, expose, within) for part in parts]
         try:
             for future in as_completed(made):
                 yield from future.result()

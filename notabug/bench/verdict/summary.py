@@ -21,17 +21,17 @@ RESAMPLES = 1000
 
 def shown(records: Iterable[Record]) -> list[Record]:
     """The records whose picture shows what it is labelled with; clean ones always do."""
-    return [each for each in records if each["label"] == "clean" or each["shows"]]
+    return [record for record in records if record["label"] == "clean" or record["shows"]]
 
 
-def rate(records: Sequence[Record], good: Callable[[Record], bool]) -> dict[str, Any]:
+def rate(records: Sequence[Record], good: Callable[[Record], bool]) -> Record:
     """The share of ``records`` that are ``good``, with a 95 % interval by a bootstrap over scenes.
 
     Where none, or all, are good a bootstrap says nothing: there the interval is Clopper and Pearson's.
     """
     by_scene: dict[str, list[bool]] = defaultdict(list)
-    for each in records:
-        by_scene[each["scene"]].append(good(each))
+    for record in records:
+        by_scene[record["scene"]].append(good(record))
     hits, n = sum(sum(each) for each in by_scene.values()), len(records)
     if not n:
         return {"share": None, "hits": 0, "of": 0, "interval": [0.0, 1.0]}
@@ -80,7 +80,7 @@ def scores(records: Sequence[Record], judge: str) -> list[float]:
     return [1e9 if math.isnan(each) else min(each, 1e9) for each in found]
 
 
-def judges(records: Sequence[Record]) -> list[dict[str, Any]]:
+def judges(records: Sequence[Record]) -> list[Record]:
     """Each gate, and ours: areas under the curve, accuracy at its own and at its best threshold, false alarms."""
     from notabug.bench.verdict.gates import gates
 
@@ -106,10 +106,10 @@ def judges(records: Sequence[Record]) -> list[dict[str, Any]]:
 def _above(values: Sequence[float], *, below: bool = False) -> float | None:
     if not values:
         return None
-    return float(np.mean([(each <= 1.0) if below else (each > 1.0) for each in values]))
+    return float(np.mean([(value <= 1.0) if below else (value > 1.0) for value in values]))
 
 
-def floors(records: Sequence[Record]) -> list[dict[str, Any]]:
+def floors(records: Sequence[Record]) -> list[Record]:
     """Per fault with several strengths and per condition: the smallest strength that ours, and each gate, finds.
 
     A judge finds a picture that scores above all clean and limited pictures of that condition (no false alarm), and a
@@ -119,7 +119,7 @@ def floors(records: Sequence[Record]) -> list[dict[str, Any]]:
 
     rows = []
     names = (OURS, *(gate.name for gate in gates()))
-    scored = [each for each in records if each["gates"]]
+    scored = [record for record in records if record["gates"]]
     quiet: dict[str, list[Record]] = defaultdict(list)
     for each in scored:
         if each["label"] != "bug":
@@ -143,7 +143,7 @@ def floors(records: Sequence[Record]) -> list[dict[str, Any]]:
     return rows
 
 
-def sequential(records: Sequence[Record]) -> dict[str, Any]:
+def sequential(records: Sequence[Record]) -> Record:
     """What the sequential test decided, and the samples it took."""
     found = [r for r in shown(records) if r.get("sequential")]
     used = [r["sequential"]["samples"] for r in found]
@@ -163,7 +163,7 @@ def rightly_named(record: Record) -> bool:
     return record["bugs"][0] in record["right"] or bool(record["twin"])
 
 
-def summary(records: Sequence[Record]) -> dict[str, Any]:
+def summary(records: Sequence[Record]) -> Record:
     """Every number of one side of the split."""
     seen = shown(records)
     clean, limited, bugs = ([r for r in seen if r["label"] == label] for label in LABELS)

@@ -18,7 +18,8 @@ from notabug.bench.stability_contestants import EPSILON, Contestant, contestants
 from notabug.bench.stability_kinds import Truth, kinds, truth, wrong
 from notabug.bench.stability_sweeps import SWEEPS
 from notabug.bench.stability_theory import UNIT, Arithmetic
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from notabug.references.raster.picture import DepthFormat, RasterOptions, raster_depth, raster_picture
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.scene import Camera, Card, Floats, Light, Material, Mesh, Scene, Sphere
 

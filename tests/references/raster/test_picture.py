@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from notabug.references.raster.picture import RasterOptions, raster_picture
-from notabug.references.tracer.envelope import Options, trace_picture
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
 from notabug.scenes_usd.scene import Camera, Card, Light, Material, Mesh, Scene, Texture
 from notabug.scenes_usd.triangulate import Diagonal, split_ngons
 

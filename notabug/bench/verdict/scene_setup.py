@@ -65,16 +65,16 @@ def _ceiling(scene: Scene) -> Scene:
 def _two_lights(scene: Scene) -> Scene:
     """Each light at 0.6, and a second one from the other side at 0.4."""
     middle = _middle(scene)
-    first = tuple(brighter(each, 0.6) for each in scene.lights)
+    first = tuple(brighter(light, 0.6) for light in scene.lights)
     flip = np.array([-1.0, 1.0, 1.0])
     second = tuple(
         replace(
-            brighter(each, 0.4),
-            path=f"{each.path}Second",
-            position=_tuple((np.array(each.position) - middle) * flip + middle),
-            direction=_tuple(np.array(each.direction) * flip),
+            brighter(light, 0.4),
+            path=f"{light.path}Second",
+            position=_tuple((np.array(light.position) - middle) * flip + middle),
+            direction=_tuple(np.array(light.direction) * flip),
         )
-        for each in scene.lights
+        for light in scene.lights
     )
     return replace(scene, lights=first + second)
 
@@ -142,7 +142,7 @@ def resized(scene: Scene, side: int) -> Scene:
 
 
 def _middle(scene: Scene) -> Floats:
-    points = [each.points.mean(axis=0) for each in scene.meshes] + [each.to_world[3, :3] for each in scene.spheres]
+    points = [mesh.points.mean(axis=0) for mesh in scene.meshes] + [sphere.to_world[3, :3] for sphere in scene.spheres]
     return np.asarray(np.mean(points, axis=0))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import islice
@@ -14,11 +14,20 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from notabug.adapters.base import Declaration
-from notabug.bench.verdict.catalogue import FAULTS, staged
+from notabug.bench.verdict.catalogue import FAULTS, Fault, staged
 from notabug.bench.verdict.design import NAMED, Group, number, seeds_of
-from notabug.bench.verdict.film import BY_NAME, SEEDS, SUBSAMPLES, Condition, filtered, shoot, variance, written
 from notabug.bench.verdict.gates import Pair, gates
-from notabug.bench.verdict.stage import jittered, resized
+from notabug.bench.verdict.image_formation import (
+    BY_NAME,
+    SEEDS,
+    SUBSAMPLES,
+    Condition,
+    filtered,
+    shoot,
+    variance,
+    written,
+)
+from notabug.bench.verdict.scene_setup import jittered, resized
 from notabug.metrics.judge import judge
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.camera import pixel_shift
@@ -38,7 +47,7 @@ _UNLABELLED: dict[str, Floats] = {}
 LOOKS = (2, 3, 4, 6, 8, 12, 16)  # seeds at which the sequential test looks
 
 
-def expose(group: Group) -> list[dict[str, Any]]:
+def expose(group: Group) -> list[dict[str, object]]:
     """One record for each picture of ``group``."""
     scene = scene_of(group)
     clean = _unlabelled(scene, ())
@@ -47,11 +56,11 @@ def expose(group: Group) -> list[dict[str, Any]]:
     records = []
     for name in group.conditions:
         condition = BY_NAME[name]
-        declaration = replace(condition.declaration(), **declared)
+        declaration = _declaring(condition, declared)
         reference, noise = filtered(clean, condition), variance(picture, condition)
         true = filtered(picture, condition)
         if fault and fault.film:
-            true = fault.film(true, group.strength)
+            true = fault.film(true, group.strength).astype(np.float64)
         # a fault that undoes the limitation beside it leaves the right picture: both must be told from it
         visible = group.label != "clean" and all(
             shows(true, filtered(each, condition), noise, moved(each, condition))
@@ -91,7 +100,7 @@ def _taken(
     """The pictures of every seed as they come back from their files, with the fault of the film in them."""
     fault = fault_of(group)
     for each in shoot(subs, condition, group.draw(draw), count):
-        yield written(fault.film(each, group.strength) if fault and fault.film else each, condition)
+        yield written(filmed(fault, each, group.strength), condition)
 
 
 def _gated(group: Group, repeat: int) -> bool:
@@ -103,13 +112,13 @@ def _gates(pair: Pair) -> dict[str, float]:
     return {gate.name: gate.score(pair) for gate in gates()}
 
 
-def said(verdict: Verdict) -> dict[str, Any]:
+def said(verdict: Verdict) -> dict[str, object]:
     """What a record keeps of a verdict."""
     return {
         "word": verdict.word,
         "triggers": list(verdict.triggers),
-        "bugs": [each.name for each in verdict.findings if each.kind == "bug"],
-        "limitations": [each.name for each in verdict.findings if each.kind == "limitation"],
+        "bugs": [finding.name for finding in verdict.findings if finding.kind == "bug"],
+        "limitations": [finding.name for finding in verdict.findings if finding.kind == "limitation"],
         "severity": verdict.numbers.get("severity", float("inf") if verdict.word == "bug" else 0.0),
         "gain": verdict.numbers.get("gain", 1.0),
         "bug_pixels": verdict.numbers.get("bug_pixels", 0.0),
@@ -124,8 +133,18 @@ def scene_of(group: Group) -> Scene:
     return staged(scene, fault.stage if fault else "")
 
 
-def fault_of(group: Group) -> Any:
-    return next((each for each in FAULTS if group.label == "bug" and each.name == group.name), None)
+def fault_of(group: Group) -> Fault | None:
+    return next((fault for fault in FAULTS if group.label == "bug" and fault.name == group.name), None)
+
+
+def filmed(fault: Fault | None, picture: Floats, strength: float) -> Floats:
+    """``picture`` with what ``fault`` does to it after it was drawn."""
+    return picture if fault is None or fault.film is None else fault.film(picture, strength).astype(np.float64)
+
+
+def _declaring(condition: Condition, declared: Mapping[str, object]) -> Declaration:
+    fields: dict[str, Any] = dict(declared)
+    return replace(condition.declaration(), **fields)
 
 
 def subsamples(scene: Scene, chosen: tuple[Model, ...]) -> Floats:
@@ -159,7 +178,7 @@ def _rotated(scene: Scene) -> tuple[Floats, ...]:
     return tuple(subsamples(scene, (pixel_shift(scene.width, scene.height, *move),)) for move in moves)
 
 
-def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, dict[str, Any]]:
+def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, dict[str, object]]:
     """Subsamples of the labelled picture and of the same without its label, and what its renderer declares beyond the
     conditions."""
     if group.label == "clean":
@@ -168,12 +187,14 @@ def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, 
         limited, declared = _limited(group, scene, clean)
         return limited, clean, declared
     fault = fault_of(group)
+    assert fault is not None
     facets = [each for each in models(scene) if each.name == "facet_self_shadow"]
     beside = tuple(facets) if group.draw("beside") % 2 else ()  # half of the buggy renderers have facets too
     model = fault.model(scene, group.strength, group.draw("which"))
     bare = _unlabelled(scene, beside)
     picture = subsamples(scene, (*beside, model)) if model else bare
-    return (fault.lens(picture, group.strength) if fault.lens else picture), bare, {}
+    seen = fault.lens(picture, group.strength).astype(np.float64) if fault.lens else picture
+    return seen, bare, {}
 
 
 def _of_a_pixel(model: Model) -> Model:
@@ -182,14 +203,14 @@ def _of_a_pixel(model: Model) -> Model:
     return replace(model, options={**model.options, **errors}) if errors else model
 
 
-def _declared(model: Model) -> dict[str, Any]:
+def _declared(model: Model) -> dict[str, object]:
     """What a renderer declares that has the limitation ``model``."""
     if model.declared or model.when == ("resolves", "ray_float32"):
         return {"precision": "float32", "hit_error": -1.0}  # as large as float32 implies
     return {name: int(value) if name == "bounces" else value for name, value in model.conditions}
 
 
-def _limited(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[str, Any]]:
+def _limited(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, dict[str, object]]:
     found = [each for each in models(scene) if each.name == group.name and each.kind == "limitation"]
     model = next((each for each in found if each.when == ("resolves", "ray_float32")), found[0])
     declared = _declared(model)
@@ -235,14 +256,14 @@ def shows(picture: Floats, reference: Floats, noise: Floats, within: tuple[Float
 
 def _twin(group: Group, scene: Scene, verdict: Verdict) -> bool:
     """Whether the fault that the verdict names, where it is another one, gives the very picture of the drawn one."""
-    named = next((each.name for each in verdict.findings if each.kind == "bug"), "")
+    named = next((finding.name for finding in verdict.findings if finding.kind == "bug"), "")
     fault = fault_of(group)
     if not fault or not named or named in fault.right or named == "unexplained":
         return False
     clean = trace_picture(*configured(scene, ()), threads=1)
     model = fault.model(scene, group.strength, group.draw("which"))
     drawn = clean if model is None else trace_picture(*configured(scene, (model,)), threads=1)
-    drawn = fault.film(drawn, group.strength) if fault.film else drawn
+    drawn = filmed(fault, drawn, group.strength)
     if named == "black":
         return not drawn.any()
     others = [each.film(clean, group.strength) for each in FAULTS if each.name == named and each.film]
@@ -253,12 +274,12 @@ def _twin(group: Group, scene: Scene, verdict: Verdict) -> bool:
     return any(bool(np.allclose(each, drawn, rtol=1e-9, atol=1e-12)) for each in others)
 
 
-def _sequential(group: Group, scene: Scene, sub: Floats, declared: dict[str, Any]) -> dict[str, Any] | None:
+def _sequential(group: Group, scene: Scene, sub: Floats, declared: dict[str, object]) -> dict[str, object] | None:
     """Seeds of 4 samples are added until two looks in a row say the same; for one group in four."""
     if group.draw("sequential") % 4:
         return None
     condition = Condition("sequence", samples=4)
-    declaration: Declaration = replace(condition.declaration(), **declared)
+    declaration = _declaring(condition, declared)
     taken = _taken(group, (sub,), condition, "sequence", LOOKS[-1])
     pictures: list[npt.NDArray[np.float32]] = []
     before, used = "", LOOKS[-1]

@@ -10,13 +10,14 @@ import numpy.typing as npt
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import largest, pixels, total
 from notabug.metrics.few_pixels import FewGain, few_gain
-from notabug.metrics.neighbours import Bools, blurred
+from notabug.metrics.image_filters import Bools, blurred
 from notabug.metrics.noise import Measured
+from notabug.references.tracer.precision import RELATIVE
 
 Floats = npt.NDArray[np.floating]
 Places = npt.NDArray[np.intp]
 
-GAIN = 0.004  # a gain within this of 1, plus some standard errors, is none
+GAIN = RELATIVE  # a gain within this of 1, plus some standard errors, is none
 ERRORS = 4.0  # standard errors: at three 1 in 400 gains of nothing but noise is one
 SHIFT = 0.2  # pixels; aliased edges fake up to 0.13
 WARP = 0.2  # pixels by which what is farthest from the middle moves against it; in clean pictures up to 0.14
@@ -29,7 +30,7 @@ _ENOUGH = 20_000  # pixels that fix a gain, a shift and a warp far better than t
 
 
 @dataclass(frozen=True, slots=True)
-class Nuisance:
+class GlobalFit:
     """The gain and its standard error; the shift in pixels (x right, y down) and its standard errors; and the warp.
 
     The warp is what a magnification, an aspect or a roll does: the farthest that anything with an edge moves against
@@ -77,7 +78,7 @@ class Nuisance:
         return tuple(name for name, fired in found.items() if fired)
 
 
-def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
+def global_fit(measured: Measured, to: Admissible, excluded: Bools) -> GlobalFit:
     """The gain on smooth pixels by Tukey-weighted least squares, the shift at edges by Huber regression.
 
     ``excluded`` (h, w) are pixels that a limitation may change. A fit is believed only where it describes most of the
@@ -88,12 +89,12 @@ def nuisance(measured: Measured, to: Admissible, excluded: Bools) -> Nuisance:
     value = total(to.value)
     off = total(measured.mean) - gain * value
     shift, shift_error = _shift(measured, value, off, excluded)
-    found = Nuisance(gain, gain_error, shift, shift_error, tuple(channels), *_warp(measured, value, off, excluded))
+    found = GlobalFit(gain, gain_error, shift, shift_error, tuple(channels), *_warp(measured, value, off, excluded))
     untold = max((each.gain for each in gains if each.open), key=lambda each: abs(each - 1.0), default=1.0)
     return found if found.gained else replace(found, untold=untold)
 
 
-def untold_gain(found: Nuisance) -> str:
+def untold_gain(found: GlobalFit) -> str:
     """Why nobody can say whether there is a gain, or ""."""
     if found.untold == 1.0:
         return ""

@@ -8,8 +8,8 @@ from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import Admissible, Floats, filtered, widening
+from notabug.metrics.global_fit import global_fit, untold_gain
 from notabug.metrics.noise import measure
-from notabug.metrics.nuisance import nuisance, untold_gain
 from notabug.metrics.significance import significance
 
 SIDE = 64
@@ -63,7 +63,7 @@ def squares(across: float = 1.0, down: float = 1.0, right: float = 0.0) -> Float
 )
 def test_a_warp_is_measured_and_a_shift_or_gain_is_none(picture: Floats, pixels: float) -> None:
     """Were every pixel at an edge, a picture could be magnified by 2 % and nowhere leave what edges admit."""
-    found = nuisance(measure([picture], NONE), target(squares()), NONE)
+    found = global_fit(measure([picture], NONE), target(squares()), NONE)
     assert found.warp == pytest.approx(pixels, rel=0.15, abs=0.02)
     assert found.warped == (pixels > 0)
 
@@ -73,15 +73,15 @@ def test_a_warp_is_as_large_as_the_picture_shows() -> None:
     band = np.zeros((SIDE, 1, 1), bool)
     band[12:20] = True
     flat, along, across = (np.where(band, each, 0.5) for each in (squares(), squares(across=1.02), squares(down=1.02)))
-    assert nuisance(measure([along], NONE), target(flat), NONE).warp == pytest.approx(0.02 * SIDE / 2, rel=0.2)
-    assert not nuisance(measure([across], NONE), target(flat), NONE).warped
+    assert global_fit(measure([along], NONE), target(flat), NONE).warp == pytest.approx(0.02 * SIDE / 2, rel=0.2)
+    assert not global_fit(measure([across], NONE), target(flat), NONE).warped
 
 
 @pytest.mark.parametrize("moved", [0.0, 0.4])
 def test_a_shift_is_found_where_noise_exceeds_what_it_changes(moved: float) -> None:
     rng = np.random.default_rng(5)
     pictures = [squares(right=moved) + 0.2 * rng.normal(0.0, 1.0, (SIDE, SIDE, 3)) for _ in range(4)]
-    found = nuisance(measure(pictures, NONE), target(squares()), NONE)
+    found = global_fit(measure(pictures, NONE), target(squares()), NONE)
     assert found.shifted == (moved > 0)
     assert found.shift[0] == pytest.approx(moved, abs=3 * found.shift_error[0] + 0.03)
 
@@ -94,7 +94,7 @@ def test_noise_along_a_horizon_is_no_shift_across() -> None:
     for seed in range(40):
         rng = np.random.default_rng(seed)
         pictures = [value * rng.normal(1.0, 0.05, (SIDE, SIDE, 1)) for _ in range(4)]
-        found = nuisance(measure(pictures, NONE), target(value), NONE)
+        found = global_fit(measure(pictures, NONE), target(value), NONE)
         assert not found.shifted
         fits.append((found.shift[0], found.shift_error[0]))
     given = np.array([each for each in fits if each[0]])
@@ -105,22 +105,22 @@ def test_noise_is_no_warp() -> None:
     for strength in (0.02, 0.2, 1.0):
         rng = np.random.default_rng(3)
         pictures = [squares() + strength * rng.normal(0.0, 1.0, (SIDE, SIDE, 3)) for _ in range(4)]
-        assert not nuisance(measure(pictures, NONE), target(squares()), NONE).warped
+        assert not global_fit(measure(pictures, NONE), target(squares()), NONE).warped
 
 
 @pytest.mark.parametrize("channel", [0, 1, 2])
 def test_a_gain_of_one_channel_is_found(channel: int) -> None:
     value = ramp()
     gains = np.where(np.arange(3) == channel, 1.02, 1.0)
-    assert not nuisance(measure(noisy(value), NONE), target(value), NONE).gained
-    assert nuisance(measure(noisy(value * gains), NONE), target(value), NONE).gained
+    assert not global_fit(measure(noisy(value), NONE), target(value), NONE).gained
+    assert global_fit(measure(noisy(value * gains), NONE), target(value), NONE).gained
 
 
 def test_rounding_a_flat_picture_is_no_gain() -> None:
     value = np.full((SIDE, SIDE, 3), 0.3)
     rounded = value + 0.004  # half a step of 8-bit sRGB
-    assert not nuisance(measure([rounded], NONE), target(value, 0.005), NONE).gained
-    assert nuisance(measure([rounded], NONE), target(value), NONE).gained
+    assert not global_fit(measure([rounded], NONE), target(value, 0.005), NONE).gained
+    assert global_fit(measure([rounded], NONE), target(value), NONE).gained
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def chequers(right: float = 0.0) -> Floats:
 @pytest.mark.parametrize("moved", [0.0, 0.25])
 def test_a_shift_is_found_across_hard_edges(moved: float) -> None:
     """There a picture is no line from pixel to pixel, and only with both blurred does a shift leave little."""
-    found = nuisance(measure(noisy(chequers(moved)), NONE), target(chequers()), NONE)
+    found = global_fit(measure(noisy(chequers(moved)), NONE), target(chequers()), NONE)
     assert found.shifted == (moved > 0)
     assert found.shift == pytest.approx((moved, 0.0), abs=0.03)
 
@@ -189,7 +189,7 @@ def few(shape: str, radius: float, turn: float = 0.0, samples: int = 16, fine: i
 def test_a_gain_of_a_small_ball_is_found(radius: float, gain: float) -> None:
     """Every lit pixel is off in one direction, within what its own tolerance admits."""
     to, picture = few("disc", radius)
-    right, wrong = (nuisance(measure([each], to.edge), to, NONE) for each in (picture, gain * picture))
+    right, wrong = (global_fit(measure([each], to.edge), to, NONE) for each in (picture, gain * picture))
     assert not right.gained
     assert not untold_gain(right)
     assert wrong.gained
@@ -204,16 +204,16 @@ def test_a_gain_of_thin_wires_is_found_or_said_to_be_open(radius: float, turn: f
     to, picture = few("wires", radius, turn, samples)
     exact = to.value
     for each in (exact, picture):
-        assert not nuisance(measure([each], to.edge), to, NONE).gained
-    assert not untold_gain(nuisance(measure([exact], to.edge), to, NONE))
+        assert not global_fit(measure([each], to.edge), to, NONE).gained
+    assert not untold_gain(global_fit(measure([exact], to.edge), to, NONE))
     for gain in (0.95, 1.05, 1.2):
-        found = nuisance(measure([gain * exact], to.edge), to, NONE)
+        found = global_fit(measure([gain * exact], to.edge), to, NONE)
         assert found.gained or "too few pixels to tell a gain" in untold_gain(found)
 
 
 def test_nothing_lit_has_no_gain() -> None:
     dark = np.zeros((SIDE, SIDE, 3))
-    found = nuisance(measure([dark], NONE), target(dark), NONE)
+    found = global_fit(measure([dark], NONE), target(dark), NONE)
     assert (found.gain, found.gained, untold_gain(found)) == (1.0, False, "")
 
 
@@ -221,7 +221,7 @@ def test_a_wider_filter_on_a_small_ball_is_no_gain() -> None:
     """It lowers the peak and leaves the sum."""
     to, picture = few("disc", 3.5, samples=0)
     wide = ndimage.gaussian_filter(picture, (0.7, 0.7, 0))
-    assert not nuisance(measure([wide], to.edge), to, NONE).gained
+    assert not global_fit(measure([wide], to.edge), to, NONE).gained
 
 
 def test_the_border_of_what_a_limitation_may_change_does_not_stand_for_it() -> None:
@@ -229,6 +229,6 @@ def test_the_border_of_what_a_limitation_may_change_does_not_stand_for_it() -> N
     to, picture = few("disc", 8.0)
     picture = picture.copy()
     picture[to.edge] *= 1.05
-    found = nuisance(measure([picture], to.edge), to, ~to.edge)
+    found = global_fit(measure([picture], to.edge), to, ~to.edge)
     assert not found.gained
     assert not untold_gain(found)

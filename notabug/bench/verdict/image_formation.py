@@ -76,7 +76,7 @@ CONDITIONS = (
     *(Condition(f"{n} samples, correlated", samples=n, filter="gaussian") for n in (16, 64)),
     Condition("16 samples, fireflies", samples=16, fireflies=True),
 )
-BY_NAME = {each.name: each for each in CONDITIONS}
+BY_NAME = {condition.name: condition for condition in CONDITIONS}
 
 
 @lru_cache(maxsize=64)

@@ -19,6 +19,7 @@ from notabug.references.models.model import Model, models
 from notabug.references.predict import predict
 from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
 from notabug.report.loading import inside
+from notabug.results.document import RunDocument
 from notabug.results.record import Result, json_ready, load
 from notabug.results.wording import area, finding_names, strongest
 from notabug.scenes_usd.catalogue import Entry, scenes
@@ -37,7 +38,7 @@ class Run:
 
     name: str
     folder: Path
-    document: dict[str, Any]
+    document: RunDocument
     results: tuple[Result, ...]
 
 
@@ -121,13 +122,13 @@ def collect(
 
 
 def _corpus(every_variant: bool) -> Iterator[tuple[Entry, str]]:
-    for each in scenes():
-        default = ",".join(f"{key}={name}" for key, name in sorted(each.defaults.items()))
-        yield each, default
-        folder = references.place(each.id, default).parent
+    for scene in scenes():
+        default = ",".join(f"{key}={name}" for key, name in sorted(scene.defaults.items()))
+        yield scene, default
+        folder = references.place(scene.id, default).parent
         for path in sorted(folder.glob("*.exr")) if every_variant else ():
             if path.stem not in (default, "default"):
-                yield each, path.stem
+                yield scene, path.stem
 
 
 def _exhibit(scene: str, variant: str, claim: str = "") -> Exhibit:
@@ -236,7 +237,13 @@ def _add_render(
     document = result.as_dict()
     keep = ("renderer_version", "verdict", "findings", "message", "seconds", "expected", "command", "samples", "seeds")
     exhibit.renders.append(
-        {"renderer": label, "run": run.name, "note": note, "maps": maps, **{key: document[key] for key in keep}}
+        {
+            "renderer": label,
+            "run": run.name,
+            "note": note,
+            "maps": maps,
+            **{key: value for key, value in document.items() if key in keep},
+        }
     )
 
 
@@ -249,7 +256,7 @@ def _error(run: Run, result: Result, reference: Floats) -> tuple[Floats, str]:
         return tolerance, "tolerances"
     try:
         paths = sorted(inside(run.folder, str(folder)).glob("*.exr"))[: result.seeds]
-        seeds = [read_picture(each).pixels for each in paths]
+        seeds = [read_picture(path).pixels for path in paths]
         measured = measure(seeds, np.zeros(reference.shape[:2], np.bool_)) if len(seeds) > 1 else None
     except (NotabugError, ValueError, OSError):
         return tolerance, "tolerances"
@@ -260,7 +267,7 @@ def _error(run: Run, result: Result, reference: Floats) -> tuple[Floats, str]:
     return np.maximum.reduce([error, 0.02 * tolerance, rounding]), "standard errors"
 
 
-def _entry(name: str, title: str, kind: str, file: str, pixels: Floats) -> dict[str, Any]:
+def _entry(name: str, title: str, kind: str, file: str, pixels: Floats) -> dict[str, object]:
     height, width = pixels.shape[:2]
     return {"name": name, "title": title, "kind": kind, "file": file, "size": [width, height]}
 
@@ -274,7 +281,7 @@ def _read(run: Run, name: str) -> tuple[Floats | None, str]:
         return None, str(error)
 
 
-def document(exhibit: Exhibit) -> dict[str, Any]:
+def document(exhibit: Exhibit) -> dict[str, object]:
     """What the viewer loads of an exhibit."""
     plain = {
         "scene": exhibit.scene,
@@ -284,5 +291,4 @@ def document(exhibit: Exhibit) -> dict[str, Any]:
         "renders": exhibit.renders,
         "terms": exhibit.terms,
     }
-    ready: dict[str, Any] = json_ready(plain)
-    return ready
+    return {str(name): json_ready(part) for name, part in plain.items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from notabug.bench.verdict.film import (
+from notabug.bench.verdict.image_formation import (
     BY_NAME,
     CONDITIONS,
     SPREAD,
