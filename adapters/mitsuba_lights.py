@@ -12,11 +12,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from notabug.adapters.base import UnsupportedError
+from notabug.adapters.job_types import PlugIn
 from notabug.scenes_usd.emitters import side
 from notabug.scenes_usd.framing import bounds_of
 from notabug.scenes_usd.scene import Emitter, Light, Scene
@@ -48,7 +48,7 @@ def check_lights(scene: Scene, *, centres: bool, mirrors: bool) -> None:
         )
 
 
-def with_size(light: Light, scene: Scene) -> dict[str, Any]:
+def with_size(light: Light, scene: Scene) -> PlugIn:
     """The light as the child gets it."""
     emitter = light.emitter
     assert emitter is not None
@@ -60,7 +60,7 @@ def with_size(light: Light, scene: Scene) -> dict[str, Any]:
     return {**shape, "emitter": {"type": "area", "radiance": radiance}, "bsdf": black}
 
 
-def _sun(light: Light, emitter: Emitter, scene: Scene) -> dict[str, Any]:
+def _sun(light: Light, emitter: Emitter, scene: Scene) -> PlugIn:
     if emitter.half_angle > _WIDEST:
         got = f"{2 * math.degrees(emitter.half_angle):g} degrees"
         raise UnsupportedError("a distant light's angle", where=light.path, expected="at most 120 degrees", got=got)
@@ -71,7 +71,7 @@ def _sun(light: Light, emitter: Emitter, scene: Scene) -> dict[str, Any]:
     return {"type": "sphere", "center": centre.tolist(), "radius": distance * math.sin(emitter.half_angle)}
 
 
-def _shape(light: Light, emitter: Emitter) -> dict[str, Any]:
+def _shape(light: Light, emitter: Emitter) -> PlugIn:
     x, y, _ = emitter.axes
     centre = np.asarray(light.position)
     lengths = np.linalg.norm(emitter.axes, axis=1)

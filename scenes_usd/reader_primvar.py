@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
@@ -27,7 +25,7 @@ class Primvars:
         self._prim = prim.GetParent() if prim.IsA(UsdGeom.Subset) else prim
         self.asked = False
 
-    def value(self, reader: UsdShade.Shader) -> Any:
+    def value(self, reader: UsdShade.Shader) -> float | tuple[float, ...]:
         """What ``reader`` finds: a number or a triple, its fallback where the prim has no such primvar.
 
         Raises SceneError where the primvar varies over the surface, or where the reader says no name.
@@ -41,9 +39,8 @@ class Primvars:
         if found is not None:
             return float(found[0, 0]) if width == 1 else tuple(found[0].tolist())
         fallback = _constant(reader, "fallback")
-        if fallback is None:
-            return 0.0 if width == 1 else (0.0, 0.0, 0.0)
-        return fallback
+        said = np.zeros(width) if fallback is None else np.asarray(fallback, np.float64).reshape(-1)[:width]
+        return float(said[0]) if width == 1 else tuple(said.tolist())
 
 
 def one_value(prim: Usd.Prim, name: str, width: int) -> Floats | None:
@@ -75,8 +72,9 @@ def one_value(prim: Usd.Prim, name: str, width: int) -> Floats | None:
     return values[:1]
 
 
-def _constant(reader: UsdShade.Shader, name: str) -> Any:
+def _constant(reader: UsdShade.Shader, name: str) -> object:
     """The value of the reader's input ``name``, its own or through an interface; None where there is none."""
     given = reader.GetInput(name)
     sources = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
-    return sources[0].Get() if sources else None
+    found: object = sources[0].Get() if sources else None
+    return found

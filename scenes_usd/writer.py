@@ -102,7 +102,9 @@ def _light(stage: Usd.Stage, light: Light) -> None:
         beam.CreateShapingFocusTintAttr(Gf.Vec3f(*light.shaping.tint))
 
 
-def _with_size(stage: Usd.Stage, light: Light, emitter: Emitter) -> Any:
+def _with_size(
+    stage: Usd.Stage, light: Light, emitter: Emitter
+) -> UsdLux.BoundableLightBase | UsdLux.NonboundableLightBase:
     """A light with a size: its shape's axes are the matrix, so that every size is 1 there."""
     schema = {"sphere": UsdLux.SphereLight, "rect": UsdLux.RectLight, "disk": UsdLux.DiskLight}
     schema |= {"cylinder": UsdLux.CylinderLight, "sun": UsdLux.DistantLight, "dome": UsdLux.DomeLight}
@@ -126,7 +128,7 @@ def _with_size(stage: Usd.Stage, light: Light, emitter: Emitter) -> Any:
     return made
 
 
-def _delta(stage: Usd.Stage, light: Light) -> Any:
+def _delta(stage: Usd.Stage, light: Light) -> UsdLux.BoundableLightBase | UsdLux.NonboundableLightBase:
     factor = 4.0 if light.kind == "point" else 1.0  # UsdLux: a normalised sphere light has I = intensity / 4
     peak = max(light.intensity) or 1.0
     matrix = np.eye(4)

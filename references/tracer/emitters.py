@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +21,7 @@ def has_emitters(lights: Sequence[Light]) -> bool:
     return not all(light.is_plain for light in lights)
 
 
-def emitters(lights: Sequence[Light], dtype: npt.DTypeLike) -> npt.NDArray[Any] | None:
+def emitters(lights: Sequence[Light], dtype: npt.DTypeLike) -> npt.NDArray[np.floating] | None:
     """The rows (lights, 41), or None where every light is plain."""
     if not has_emitters(lights):
         return None

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from notabug.scenes_usd.authoring.png import png
 from notabug.scenes_usd.authoring.preview_features import FEATURES, LOOK, THIRD, Feature
+from notabug.scenes_usd.authoring.preview_lights import LIGHTS
 from notabug.scenes_usd.authoring.shapes import cells
 from notabug.scenes_usd.authoring.stage import Row, as_float32, camera, lambert, looking, mesh, over, placed
 from notabug.scenes_usd.authoring.usda import block, card, indent, vector
@@ -27,7 +28,7 @@ def files() -> dict[str, bytes]:
     """The scenes, their base and their textures by their path below scenes_usd."""
     made = {f"preview/textures/{name}.png": png(pixels) for name, pixels in _pictures().items()}
     made["preview/meshes/base.usda"] = _base()
-    return made | {f"preview/{each.name}.usda": _layer(each) for each in FEATURES}
+    return made | {f"preview/{each.name}.usda": _layer(each) for each in (*FEATURES, *LIGHTS)}
 
 
 def _layer(feature: Feature) -> bytes:
