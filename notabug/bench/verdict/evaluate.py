@@ -188,7 +188,7 @@ def drawing(group: Group, scene: Scene, clean: Floats) -> tuple[Floats, Floats, 
         return limited, clean, declared
     fault = fault_of(group)
     assert fault is not None
-    facets = [each for each in models(scene) if each.name == "facet_self_shadow"]
+    facets = [each for each in models(scene) if each.name == "facet_self_shadow" and not each.when]
     beside = tuple(facets) if group.draw("beside") % 2 else ()  # half of the buggy renderers have facets too
     model = fault.model(scene, group.strength, group.draw("which"))
     bare = _unlabelled(scene, beside)
