@@ -82,7 +82,7 @@ def _scene(
         "light": {**light, "to_world": mi.ScalarTransform4f(np.array(light["to_world"]))}
         if "to_world" in light
         else light,
-        "integrator": _integrator(job),
+        "integrator": _integrator(job, light),
         "sensor": {
             **camera["lens"],
             "to_world": mi.ScalarTransform4f(np.array(camera["to_world"])),
@@ -116,12 +116,14 @@ def _scene(
     return made
 
 
-def _integrator(job: MitsubaJob) -> PlugIn:
+def _integrator(job: MitsubaJob, light: PlugIn) -> PlugIn:
     if job["integrator"] == "albedo":
         return {"type": "aov", "aovs": "shown:albedo"}
     hidden = {"hide_emitters": True} if job["hide_emitters"] else {}
     if job["integrator"] == "direct":
-        return {"type": "direct", "emitter_samples": ON_A_LIGHT if hidden else 1, "bsdf_samples": 0, **hidden}
+        # ``direct`` counts a light without a size as often as it looks at it
+        looks = 1 if light["type"] in ("point", "directional") else ON_A_LIGHT
+        return {"type": "direct", "emitter_samples": looks, "bsdf_samples": 0, **hidden}
     return {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20, **hidden}
 
 

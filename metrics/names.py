@@ -110,7 +110,7 @@ def better(each: Name, best: Name, exact: float, *, noisy: bool) -> bool:
             return max(each.misfit, EXACT) * burden < BETTER * max(best.misfit, EXACT)
         alike = exact if noisy else 0.0
         share = 0.5 if max(each.misfit, best.misfit) < ROUNDED * exact else 1.0 - BETTER
-        if abs(each.misfit - best.misfit) < max(alike, share * best.misfit):
+        if abs(each.misfit - best.misfit) <= max(alike, share * best.misfit):
             return each.preview_misfit < BETTER * best.preview_misfit
     return each.misfit * LADEN ** (each.further - best.further) < BETTER * best.misfit
 

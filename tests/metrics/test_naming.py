@@ -67,7 +67,9 @@ def test_a_wrong_index_of_refraction_is_named_with_its_strength(studio: Any, sce
 
 
 def test_of_two_names_that_leave_rounding_the_one_tried_first_is_told() -> None:
-    first, other = (Name(name, "", 0.0, misfit, glance=2.0) for name, misfit in (("first", 1.8e-5), ("other", 1.7e-5)))
+    first, other = (
+        Name(name, "", 0.0, misfit, preview_misfit=2.0) for name, misfit in (("first", 1.8e-5), ("other", 1.7e-5))
+    )
     assert not better(other, first, EXACT, noisy=False)
     assert better(replace(other, misfit=1e-9), first, EXACT, noisy=False)
     assert better(replace(other, misfit=3e-3), replace(first, misfit=4e-3), EXACT, noisy=False)

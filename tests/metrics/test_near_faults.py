@@ -142,7 +142,7 @@ def test_a_decal_that_is_missing_is_no_z_fight(studio: Any) -> None:
 
 @pytest.mark.parametrize("depth", ["fixed16", "fixed24", "float32", "reversed32"])
 def test_one_model_of_resolution_is_admitted(studio: Any, depth: Any) -> None:
-    from notabug.metrics.explain import admitted
+    from notabug.metrics.sets import admitted
     from notabug.references.models.model import models
 
     known = list(models(studio.scene("visibility/near_clip")))
