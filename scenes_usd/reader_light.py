@@ -204,11 +204,15 @@ def _selective(prim: Usd.Prim, light: Light, matrix: Floats) -> Light:
 
 
 def _shaping(prim: Usd.Prim, kind: str) -> Shaping | None:
-    """The beam, or None where it changes nothing: rectangles and disks shine to one side only."""
+    """The beam, or None where it changes nothing.
+
+    Rectangles and disks shine to one side only, and the schema's own cone of 90 degrees is all of that; so it is of a
+    light that has no place, on which exporters put the schema as well.
+    """
     cone = min(number(prim, f"{_SHAPING}cone:angle", 180.0, low=0.0), 180.0)
     softness = min(max(number(prim, f"{_SHAPING}cone:softness", 0.0), 0.0), 1.0)
     focus = max(number(prim, f"{_SHAPING}focus", 0.0), 0.0)
-    wide = 90.0 if kind in ("rect", "disk") else 180.0
+    wide = 180.0 if kind in ("point", "sphere", "cylinder") else 90.0
     if cone >= wide * (1.0 - ROUNDED) and (softness == 0.0 or not prim.HasAPI(UsdLux.ShapingAPI)) and focus == 0.0:
         return None
     black = (0.0, 0.0, 0.0)

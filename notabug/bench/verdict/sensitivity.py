@@ -147,11 +147,21 @@ def _read_again(floors: Sequence[str]) -> dict[str, ModuleType]:
     return known
 
 
+def _put_back(known: Mapping[str, ModuleType]) -> None:
+    """Import what was ``known`` again as it was, also where it is asked for as a part of its package."""
+    sys.modules.update(known)
+    for name, module in known.items():
+        package, _, part = name.rpartition(".")
+        if package in sys.modules:
+            setattr(sys.modules[package], part, module)
+
+
 @contextmanager
 def with_number(row: str, factor: float) -> Iterator[None]:
     """The judge with the number of ``row`` times ``factor``; predictions that depend on it are not kept."""
     below = row.startswith("references.")
-    known = _read_again(UPPER if below else UPPER[-1:])
+    floors = UPPER if below else UPPER[-1:]
+    known = _read_again(floors)
     finder = _Finder(row, factor)
     sys.meta_path.insert(0, finder)
     before = os.environ.get("NOTABUG_CACHE")
@@ -162,8 +172,8 @@ def with_number(row: str, factor: float) -> Iterator[None]:
             yield
         finally:
             sys.meta_path.remove(finder)
-            _read_again(UPPER)
-            sys.modules.update(known)
+            _read_again(floors)
+            _put_back(known)
             if before is None:
                 os.environ.pop("NOTABUG_CACHE", None)
             else:
