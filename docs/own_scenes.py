@@ -522,6 +522,12 @@ FEATURES = (
     ),
     Feature(
         "light",
+        "distant light with the shaping schema, as Houdini writes it",
+        "read",
+        light='def DistantLight "Sun" (prepend apiSchemas = ["ShapingAPI"])\n{\nfloat inputs:intensity = 2\n}\n',
+    ),
+    Feature(
+        "light",
         "light linking",
         "adapted",
         light=LIGHT.replace("BODY", "rel collection:lightLink:excludes = </World/Shape>"),

@@ -122,7 +122,13 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
         "linking",
     ),
     "distant spot": (
-        (("# scene", 'def DistantLight "Sun" (prepend apiSchemas = ["ShapingAPI"])\n{\n}'),),
+        (
+            (
+                "# scene",
+                'def DistantLight "Sun" (prepend apiSchemas = ["ShapingAPI"])\n'
+                "{\nfloat inputs:shaping:cone:angle = 30\n}",
+            ),
+        ),
         "/Scene/Sun.inputs:shaping:cone:angle",
         "no beam",
     ),
