@@ -15,6 +15,9 @@ OURS = ("inhouse", "shadowmap", "zbuffer")
 
 # Which renderer could show a limitation that none here does, and why none does.
 ELSEWHERE = {
+    "acne": "no renderer here starts its rays without an epsilon that suits its precision",
+    "quad_split_13": "all renderers here cut quads from the first corner to the third, or keep them whole",
+    "quad_split_shorter": "as above; glTF exporters choose the shorter diagonal",
     "lobe_phong": "VTK has Phong's lobe only; POV-Ray has both lobes, and Mitsuba and OpenGL get ours",
     "lobe_blinn": "three.js and pygfx have Blinn's lobe only; POV-Ray has both lobes, Mitsuba and OpenGL get ours",
     "lobe_phong_matched": "an exporter to VTK that converts Blinn's exponent; here both lobes are there",
@@ -42,7 +45,7 @@ HEAD = """# Which limitation appears on which renderer
 From the verdicts on {results} pictures of {renderers}; `python docs/limitations.py RUN...` wrote it. A limitation
 counts where the judge names it: how many pictures, and the largest area in pixels with its place.
 
-| limitation | scenes it can act on | POV-Ray, Mitsuba, OpenGL | in-house |
+| limitation | scenes it can act on | renderers of others | in-house |
 |---|---|---|---|
 """
 
