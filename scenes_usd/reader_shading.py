@@ -81,14 +81,13 @@ class Materials:
     def _once(self, material: UsdShade.Material, prim: Usd.Prim) -> int:
         """The index of ``material``; one that looks at primvars is another one for each prim."""
         path = str(material.GetPath())
-        if path in self._index:
-            return self._index[path]
+        own = f"{path}{str(prim.GetPath()).replace('/', '_')}"
+        for known in (path, own):
+            if known in self._index:
+                return self._index[known]
         primvars = Primvars(prim)
         found = recovered(lambda: self._read(material, primvars), (Material(path, GREY), Coordinates()))
-        if not primvars.asked:
-            return self._add(path, found)
-        name = f"{path}{str(prim.GetPath()).replace('/', '_')}"
-        return self._index[name] if name in self._index else self._add(name, (replace(found[0], path=name), found[1]))
+        return self._add(own, (replace(found[0], path=own), found[1])) if primvars.asked else self._add(path, found)
 
     def _add(self, path: str, found: tuple[Material, Coordinates]) -> int:
         self._index[path] = len(self.found)
