@@ -184,7 +184,6 @@ class MitsubaJob(TypedDict):
     integrator: str
     max_depth: int
     glows: bool  # a surface emits light
-    hide_emitters: bool  # a light has a size, which no camera ray sees
     looks: dict[str, MitsubaLook]
     camera: MitsubaCamera
     lights: list[PlugIn]

@@ -119,11 +119,10 @@ def _scene(
 def _integrator(job: MitsubaJob, light: PlugIn) -> PlugIn:
     if job["integrator"] == "albedo":
         return {"type": "aov", "aovs": "shown:albedo"}
-    hidden = {"hide_emitters": True} if job["hide_emitters"] else {}
-    if job["integrator"] == "direct":
-        # ``direct`` counts a light without a size as often as it looks at it
-        looks = 1 if light["type"] in ("point", "directional") else ON_A_LIGHT
-        return {"type": "direct", "emitter_samples": looks, "bsdf_samples": 0, **hidden}
+    sized = light["type"] not in ("point", "directional")
+    hidden = {"hide_emitters": True} if sized else {}
+    if job["integrator"] == "direct":  # which counts a light without a size as often as it looks at it
+        return {"type": "direct", "emitter_samples": ON_A_LIGHT if sized else 1, "bsdf_samples": 0, **hidden}
     return {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20, **hidden}
 
 

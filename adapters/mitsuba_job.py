@@ -73,7 +73,6 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[MitsubaJ
     sends_on = any(any(each.mirror) or any(each.transmission) for each in shown.values())
     follows = sends_on or (transparent and not mask)
     centres = quality.samples == 1
-    sized = any(each.emitter is not None for each in scene.lights)
     if centres:
         for each in shown.values():
             _check_one_way(each)
@@ -93,7 +92,6 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[MitsubaJ
         "camera": _camera(scene.camera, scene.width / scene.height),
         "glows": glows,
         "lights": [_light(each, scene) for each in scene.lights],
-        "hide_emitters": sized,
         "textures": _textures(scene, arrays),
         "objects": [_object(scene, index, arrays) for index in range(len(scene.objects))],
     }, arrays
