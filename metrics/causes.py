@@ -33,12 +33,14 @@ class Cause:
     """A named change of the whole picture: from the set that is admissible without it to the one under it.
 
     ``numbers`` are what the verdict then prints in the place of those that only a picture without a bug leg has.
+    ``of_values`` is what it makes of values (..., 3), where it changes each pixel by itself.
     """
 
     name: str
     message: str
     under: Callable[[Admissible], Admissible]
     numbers: Mapping[str, float] = field(default_factory=dict)
+    of_values: Callable[[Floats], Floats] | None = None
 
 
 def changed(to: Admissible, change: Callable[[Floats], Floats]) -> Admissible:
@@ -54,8 +56,14 @@ def encoded(linear: Floats) -> Floats:
     return encode_srgb(np.clip(linear, 0.0, 1.0))
 
 
-def _cause(name: str, message: str, change: Callable[[Floats], Floats]) -> Cause:
+def _moving(name: str, message: str, change: Callable[[Floats], Floats]) -> Cause:
+    """The cause whose ``change`` of a picture moves its pixels."""
     return Cause(name, message, lambda to: changed(to, change))
+
+
+def _cause(name: str, message: str, change: Callable[[Floats], Floats]) -> Cause:
+    """The cause whose ``change`` changes each pixel by itself."""
+    return replace(_moving(name, message, change), of_values=change)
 
 
 def shift_numbers(dx: float, dy: float) -> dict[str, float]:
@@ -79,14 +87,15 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
     if float(np.abs(mean).max(initial=0.0)) < 1e-3 * bright:
         yield _cause("black", "every pixel is black: no light, no object or no camera", np.zeros_like)
         return
-    yield _cause("upside_down", "the picture is upside down", lambda a: a[::-1])
-    yield _cause("mirrored", "the picture is mirrored left to right", lambda a: a[:, ::-1])
-    yield _cause("rotated", "the picture is rotated by 180 degrees", lambda a: a[::-1, ::-1])
+    yield _moving("upside_down", "the picture is upside down", lambda a: a[::-1])
+    yield _moving("mirrored", "the picture is mirrored left to right", lambda a: a[:, ::-1])
+    yield _moving("rotated", "the picture is rotated by 180 degrees", lambda a: a[::-1, ::-1])
     yield _cause("channels_swapped", "red and blue are exchanged", lambda a: a[..., ::-1])
     yield Cause(
         "srgb_encoded",
         "the picture looks sRGB-encoded, expected linear (write linear values or declare --encoding srgb)",
         _encoded,
+        of_values=encoded,
     )
     # The two curves lie near each other, so a picture that went through one and came back by the other looks right.
     yield _cause(
@@ -114,7 +123,7 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
         yield Cause("pixel_shift", shift_message(dx, dy), _shift(mean, dx, dy), shift_numbers(dx, dy))
     scale = find_scale(mean, to.value)
     if scale is not None:
-        yield _cause(
+        yield _moving(
             "field_of_view",
             f"the picture is scaled by {scale:.4f} about its centre: the field of view or the aspect is wrong",
             lambda a: zoomed(a, scale),

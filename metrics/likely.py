@@ -6,8 +6,9 @@ are taken at the strength that fits.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -15,11 +16,14 @@ import numpy.typing as npt
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import largest
 from notabug.metrics.explain import Explanation
+from notabug.metrics.lattice import Lattice, lattice
 from notabug.metrics.noise import Measured
 from notabug.metrics.quick import Predict, Preview, choices
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
+Quick = Callable[[tuple[Model, ...]], Floats]
+"""Quick pictures of sets of models on a lattice, (rows, columns, 3)."""
 
 STEPS = (4, 1)  # pixels a block: a texture that has moved by more than a texel is found only where it is blurred
 LIKELY = 8  # faults that are fitted in full, where their quick pictures look alike
@@ -48,23 +52,27 @@ def likely(
     predict: Predict,
     preview: Preview,
     habits: tuple[Model, ...] = (),
-) -> Iterator[Model]:
-    """The faults whose change of the picture is most like the measured one, likeliest first, at fitting strengths.
+) -> list[Iterator[Model]]:
+    """The faults whose change of the picture is most like the measured one, likeliest first, each at some strengths.
 
-    A renderer may have the choices ``habits`` beside its fault, which hides some of them.
+    The first strength of a fault is the one that fits best along one axis. A renderer may have the choices ``habits``
+    beside its fault, which hides some of them. Pictures are looked at on a lattice.
     """
     reference = predict(())
+    look = lattice(*reference.edge.shape)
+    quick = partial(look.preview, preview)
+    steps = look.blocks(STEPS)
     # of edges only what is wrong counts: there quick pictures of the right scene differ from the mean as well
-    at = (~reference.edge | found.significance.pixels)[..., None]
+    at = look.of(~reference.edge | found.significance.pixels)[..., None]
     at = at if at.sum() > 256 else np.ones_like(at)
-    scale = worth(measured, reference)
+    scale = look.of(worth(measured, reference))
     # what the picture changes on the reference, and on the choices of a renderer that explain most of it
-    starts: list[tuple[tuple[Model, ...], Floats]] = [((), measured.mean - reference.value)]
+    starts: list[tuple[tuple[Model, ...], Floats]] = [((), look.of(measured.mean - reference.value))]
     beside = choices(found.models)
     if found.models:
-        starts.append((beside, measured.mean - found.target.value))
+        starts.append((beside, look.of(measured.mean - found.target.value)))
     if habits:
-        starts.append((habits, measured.mean - predict(habits).value))
+        starts.append((habits, look.of(measured.mean - predict(habits).value)))
 
     def compared(change: Floats, other: Floats, local: bool, step: int) -> float:
         a, b = (coarse(np.clip(each / scale, -CLIP, CLIP) * at, step) for each in (change, other))
@@ -86,7 +94,7 @@ def likely(
 
     def scored(fault: Model, change: Floats, own: Floats) -> float:
         local = fault.local or fault.rule != "choice"
-        score = max(compared(change, own, local, step) for step in STEPS)
+        score = max(compared(change, own, local, step) for step in steps)
         if fault.rule == "choice" and fault.at is None and equal(change, own) > EQUAL:
             score += 1.0  # of one strength: what is not only alike but the same comes first
         # under "any" what it shows may be anything, where it acts
@@ -99,7 +107,7 @@ def likely(
     for index, fault in enumerate(each for each in placed if each is not None):
         tried: list[tuple[_Ranked, Floats]] = []
         for base, change in starts:
-            own = preview((*base, fault)) - preview(base)
+            own = quick((*base, fault)) - quick(base)
             tried.append((_Ranked(scored(fault, change, own), index, fault, base, change), own))
         if fault.jointly is None:
             ranked.append(max((each for each, _ in tried), key=lambda each: each.score))
@@ -110,13 +118,13 @@ def likely(
         for on_one_base in zip(*axes, strict=True):
             likeliest = max((each for each, _ in on_one_base), key=lambda each: each.score)
             together = _together([own for _, own in on_one_base], likeliest.change, at / scale)
-            score = max(compared(likeliest.change, together, False, step) for step in STEPS)
+            score = max(compared(likeliest.change, together, False, step) for step in steps)
             best.append(replace(likeliest, together=score))
         ranked.append(max(best, key=lambda each: each.together))
     ranked = sorted((each for each in ranked if each.most > LEAST_ALIKE), key=_Ranked.place)
     alike = sum(each.most > ALIKE for each in ranked)
-    for each in sorted(ranked[: min(LIKELY, max(alike, FEW))], key=_Ranked.turn):
-        yield from _strengths(each, at, scale, preview)
+    tried_in_turn = sorted(ranked[: min(LIKELY, max(alike, FEW))], key=_Ranked.turn)
+    return [_strengths(each, at, scale, quick, look) for each in tried_in_turn]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,48 +153,50 @@ class _Ranked:
         return (-round(self.score, 2), self.fault.name in RARE, self.index)
 
 
-def _strengths(ranked: _Ranked, at: npt.NDArray[np.bool_], scale: Floats, preview: Preview) -> Iterator[Model]:
+def _strengths(
+    ranked: _Ranked, at: npt.NDArray[np.bool_], scale: Floats, quick: Quick, look: Lattice
+) -> Iterator[Model]:
     """The fault at the strength that fits where it looks (h, w, 1), along several axes at once, and as it was."""
     fault, base, change = ranked.fault, ranked.base, ranked.change
     if fault.at is None:
         yield fault
         return
     best, strength = fault, fault.strength
-    own = preview((*base, fault)) - preview(base)
-    for step in (*STEPS, 1):
+    own = quick((*base, fault)) - quick(base)
+    for step in (*look.blocks(STEPS), 1):
         size = fitting_size(change * at, own * at, scale, step)
         if size is None:
             break
         strength = _sane(fault.neutral + (strength - fault.neutral) * size, fault)
         best = replace(fault.at(strength), at=fault.at, strength=strength, neutral=fault.neutral)
-        own = preview((*base, best)) - preview(base)
-    farther = _farther(best, own, ranked, at / scale, preview)
+        own = quick((*base, best)) - quick(base)
+    farther = _farther(best, own, ranked, at / scale, quick)
     if farther is not None:
         yield farther
     yield best
     if fault.jointly is not None:
-        joint = _jointly(fault, base, change, np.where(at, scale, np.inf), preview)
+        joint = _jointly(fault, base, change, np.where(at, scale, np.inf), quick, look.blocks(JOINT_STEPS))
         if joint.axes > 1:
             yield joint
     if best.strength != fault.strength:  # a limitation beside the fault can mislead the fit
         yield replace(fault, at=None)
 
 
-def _farther(best: Model, own: Floats, ranked: _Ranked, weight: Floats, preview: Preview) -> Model | None:
+def _farther(best: Model, own: Floats, ranked: _Ranked, weight: Floats, quick: Quick) -> Model | None:
     """``best`` at another strength, where quick pictures tell that it leaves less than the change ``own`` of ``best``.
 
     A change that does not grow with its strength, as that of a refraction, is fitted by its slope to one that is too
     small: what it shows elsewhere counts against it. So strengths farther off are looked at, and then those beside.
     """
     assert best.at is not None
-    base, change = preview(ranked.base), ranked.change
+    base, change = quick(ranked.base), ranked.change
 
     def left(moved: Floats) -> float:
         return float(np.minimum(np.abs(change - moved) * weight, CLIP).sum())
 
     def at(strength: float) -> tuple[float, float]:
         model = best.at(strength)  # type: ignore[misc]
-        return left(preview((*ranked.base, model)) - base), strength
+        return left(quick((*ranked.base, model)) - base), strength
 
     least = here = left(own)
     if least <= WELL * left(np.zeros_like(own)):
@@ -214,25 +224,27 @@ def _trust(off: Floats) -> Floats:
     return np.minimum(1.0, 1.345 * 1.4826 * float(np.median(off)) / np.maximum(off, 1e-12))
 
 
-def _jointly(fault: Model, base: tuple[Model, ...], change: Floats, scale: Floats, preview: Preview) -> Model:
+def _jointly(
+    fault: Model, base: tuple[Model, ...], change: Floats, scale: Floats, quick: Quick, steps: tuple[int, ...]
+) -> Model:
     """``fault`` along all of its axes at once, at the strengths whose quick picture is nearest to ``change``.
 
     A ``scale`` without end is that of pixels which do not count.
 
-    Gauss and Newton's steps, on means over large blocks first, which a large step does not leave; derivatives are taken
-    once for each size of block.
+    Gauss and Newton's steps, on means over blocks of the sizes ``steps``, large ones first, which a large step does not
+    leave; derivatives are taken once for each size of block.
     """
     assert fault.jointly is not None
-    start, unit = preview(base), np.eye(fault.axes) * fault.strength
+    start, unit = quick(base), np.eye(fault.axes) * fault.strength
     strengths, here, most = np.zeros(fault.axes), np.zeros_like(change), JOINT_MOST * fault.strength
-    for step in JOINT_STEPS:
-        moves = [preview((*base, fault.jointly(strengths + each))) - start - here for each in unit]
+    for step in steps:
+        moves = [quick((*base, fault.jointly(strengths + each))) - start - here for each in unit]
         for _ in range(JOINT_TURNS):
             weight = 1.0 / np.maximum(scale, np.abs(change - here) / CLIP)
             columns = np.stack([coarse(move * weight, step).ravel() for move in moves], axis=1)
             left = coarse((change - here) * weight, step).ravel()
             further = np.clip(strengths + _regression(columns, left) * fault.strength, -most, most)
-            there = preview((*base, fault.jointly(further))) - start
+            there = quick((*base, fault.jointly(further))) - start
             if np.abs(left).sum() <= np.abs(coarse((change - there) * weight, step)).sum():
                 break
             strengths, here = further, there

@@ -64,9 +64,14 @@ class Name:
         """Whether it leaves no bug leg, and no more misfit than ``exact``."""
         return self.remains == 0.0 and self.misfit < exact
 
+    @property
+    def fits(self) -> bool:
+        """Whether it leaves nothing, and says what must be seen."""
+        return self.remains <= NOTHING and not self.anything
+
     def prune_bound(self, exact: float) -> float:
         """From which ``preview_misfit`` on no other fault need be fitted after this one."""
-        if self.remains > NOTHING or self.anything:
+        if not self.fits:
             return math.inf
         if self.laden:  # another one that looks alike may need no limitation
             return self.preview_misfit * WORSE + EXACT

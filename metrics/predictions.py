@@ -151,7 +151,7 @@ class Predictions:
 
     def _glimpse(self, chosen: Models, at: Places) -> Floats:
         found = preview_at(self._scene, chosen, at)
-        return found if np.isfinite(found).all() else pixels(self._still, at)
+        return found if finite(found).all() else pixels(self._still, at)
 
 
 class _Recent(Generic[Kept]):
