@@ -6,6 +6,8 @@
 PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3 python; do \
 	"$$each" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v "$$each"; break; }; done)
 BIN := .venv/bin
+# Else each of the some hundred processes that the tests start would compile the project's modules anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup renderers browser run test search lint format bench docs wheel sanitize clean
 

@@ -12,9 +12,9 @@ from notabug.ending import exit_state, report_defect
 def main() -> None:
     """``notabug.cli``; of a run that is to be long, its workers start to load before the words are understood."""
     try:
-        from notabug.runs.workers import prepare
-
         if _is_long(sys.argv[1:]):
+            from notabug.runs.workers import prepare
+
             with contextlib.suppress(Exception):  # the run starts one again, and tells what is wrong
                 prepare()
         from notabug.cli import main as command_line
@@ -28,11 +28,13 @@ def main() -> None:
 
 def _is_long(words: Sequence[str]) -> bool:
     """Whether ``words`` name so many scenes that processes will do them; a guess, which nothing depends on."""
+    if words[:1] != ["run"]:
+        return False
     from notabug.runs.workers import JOBS_PER_PROCESS, cores_here
 
     named = sum(not word.startswith("-") for word in words[1:])
     elsewhere = {"--executor", "--workarounds", "--help"}.intersection(words)
-    return words[:1] == ["run"] and named >= 2 * JOBS_PER_PROCESS and not elsewhere and cores_here() > 1
+    return named >= 2 * JOBS_PER_PROCESS and not elsewhere and cores_here() > 1
 
 
 if __name__ == "__main__":

@@ -21,7 +21,6 @@ from notabug.adapters.base import Declaration, Filter
 from notabug.adapters.declared import RADIUS, SRGB_SLOPE
 from notabug.exit_codes import ExitCode
 from notabug.printable import escaped
-from notabug.report.page import draw
 from notabug.results.gate import Gate, code_of
 from notabug.results.record import Result, json_ready, run_document
 from notabug.results.wording import number, readable
@@ -102,6 +101,8 @@ def command(
     document = {**plain, "declaration": json_ready(said)}
     if out is not None:
         write_json(out / "run.json", document)
+        from notabug.report.page import draw  # takes a while to load, which a verdict alone need not wait for
+
         page = draw(out)
         console(stderr=True).print(str(page), markup=False, soft_wrap=True)
     if as_json:
