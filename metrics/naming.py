@@ -16,7 +16,6 @@ import numpy.typing as npt
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.causes import (
-    SAME_SHIFT,
     Cause,
     brought_in,
     causes,
@@ -27,13 +26,14 @@ from notabug.metrics.causes import (
     without_border,
 )
 from notabug.metrics.channels import largest, pixels, total
-from notabug.metrics.explain import LARGEST_GROWN, Explanation, explain, fit
+from notabug.metrics.explain import Explanation, explain, fit
 from notabug.metrics.global_fit import global_fit
-from notabug.metrics.likely import CLIP, changed_by, likely, refined, worth
-from notabug.metrics.names import EXACT, NOTHING, UNNAMED, Name, best_of
+from notabug.metrics.likely import changed_by, likely, refined, worth
+from notabug.metrics.names import UNNAMED, Name, best_of
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import Places, Predict, Preview, choices, guessed, nearer, nears
-from notabug.metrics.rules import LEAST_TOUCHED, support
+from notabug.metrics.rules import support
 from notabug.metrics.sets import habits
 from notabug.metrics.significance import Significance, significance
 from notabug.references.models.camera import pixel_shift
@@ -41,19 +41,26 @@ from notabug.references.models.model import Model, excluded_by
 
 Floats = npt.NDArray[np.floating]
 
-SAME = 0.97  # correlation from which two pictures show the same scene
-OTHER = 0.7  # and below which they do not
-CHOICE, FREE = 0.05, 1.1  # what a local fault's misfit is raised by, for it may choose at each pixel, in noise too
-NEARLY = 0.03  # a strength that leaves this is good enough
-SHORTER = 0.9  # of the bug leg that a further limitation may leave, or it is not one more
-HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried beside limitations
-SHARPENED = 3  # vectors of a shift that are predicted in full, and one more
-ROUGHLY = 0.55  # pixels by which a shift may be mistaken where edges are aliased
+SAME = POLICY.naming.same
+OTHER = POLICY.naming.other
+CHOICE = POLICY.naming.choice
+FREE = POLICY.naming.free
+NEARLY = POLICY.naming.nearly
+SHORTER = POLICY.naming.shorter
+HOPE = POLICY.naming.hope
+SHARPENED = POLICY.naming.sharpened
+ROUGHLY = POLICY.naming.roughly
+EXACT = POLICY.names.exact
+NOTHING = POLICY.names.nothing
+CLIP = POLICY.likely.clip
+SAME_SHIFT = POLICY.causes.same_shift
+LARGEST_GROWN = POLICY.explain.largest_grown
+LEAST_TOUCHED = POLICY.rules.least_touched
 
 GONE = frozenset({"face_missing", "object_missing"})
 OR_BLACK = ", or drawn black, as where their normals point away from the light"
-BLACK = 0.01  # of the reference, below which a value is black
-ALL_BLACK = 0.9  # share of what a fault takes away that leaves black; the others are edges, which differ in part
+BLACK = POLICY.naming.black
+ALL_BLACK = POLICY.naming.all_black
 
 OF_RAYS = frozenset({"acne", "start", "epsilon", "shadow_rays", "retroreflection", "unreversed", "lost_reflection"})
 """Switches of faults that only a renderer can have that follows rays from one surface to the next."""

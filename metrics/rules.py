@@ -14,34 +14,16 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from notabug.metrics.admissible import MISSED, Admissible, residual
+from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.channels import largest, pixels, put, total
 from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
 Explained = tuple[Admissible, Floats, Bools, float]
 """An admissible set, the share alpha (h, w) of a model in it, its support (h, w), and its freedom."""
-
-MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
-# The same of surfaces that coincide, where that share of what is off lies on the straight way to the other surface: by
-# the order of its triangles Mitsuba shows another one than the nearest in a tenth of a pixel's samples.
-MEAN_FOUGHT, MOST_BETWEEN = 0.05, 0.9
-LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
-# Beside a point's texel a surface is nearer to the light as often as it is farther, so a shadow map that holds it
-# against itself darkens no more than half. Stripes are some pixels wide and long: means over n pixels scatter as if
-# there were n / 64.
-MOST_STRIPED = 0.5
-STRIPED_SCATTER = 8.0  # over the root of the number of pixels: two standard deviations of such a mean
-LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
-# Nor is one that scatters dots: without an epsilon chance decides at each hit, so half of all samples are wrong.
-LEAST_DOTTED = 0.3
-LEAST_FOUGHT = 0.02  # of what surfaces share to the last bits: renderers show another one at a sixth of it or more
-NOISE = 3.0  # standard errors beyond which a pixel is off
-LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
-ALONE = 0.06  # of the 5 x 5 pixels around a dot: less than two of them
-MOST_ALIKE, WIDENED = 0.3, 0.15  # correlation of neighbours' differences; a blot's is above .5, a Gaussian filter's .37
 
 
 def support(bare: Admissible, other: Admissible) -> Bools:
@@ -61,9 +43,11 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Expla
     v, off = v - start, off - start
     share = _share(off, v)
     # noise and what an edge admits would count as pixels of which the model explains nothing
-    beyond = pixels(np.abs(residual(measured.mean, base)) - base.tau - NOISE * np.sqrt(measured.variance), at)
+    beyond = pixels(
+        np.abs(residual(measured.mean, base)) - base.tau - POLICY.rules.noise * np.sqrt(measured.variance), at
+    )
     significant = (largest(beyond) > 0) & within.ravel()[at]
-    if significant.any() and float(share[significant].mean()) < MEAN_ALPHA:
+    if significant.any() and float(share[significant].mean()) < POLICY.rules.mean_alpha:
         return _nothing(base)
     value = put(base.value, at, start + share[:, None] * v)
     edge = base.edge | limited.edge
@@ -145,7 +129,7 @@ def _taken(singles: Floats, values: Sequence[Admissible]) -> tuple[Floats, Float
         for value in values:
             assert value.sampled is not None
             low, high, _ = value.sampled
-            missed = MISSED * (high - low)
+            missed = POLICY.admissible.missed * (high - low)
             inside = np.clip(each, low - missed, high + missed)
             distance = largest(np.abs(each - inside))
             nearest = np.where((distance < least)[..., None], inside, nearest)
@@ -176,7 +160,7 @@ def mixed_only(
     found = explained(measured, base, *values)
     _, alpha, within, _ = found
     off = _off(measured, base, within)
-    mixed = not within.any() or LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED
+    mixed = not within.any() or POLICY.rules.least_mixed <= float(alpha[within].mean()) <= POLICY.rules.most_mixed
     if not mixed or (off.any() and float(alpha[off].mean()) < least):
         return _nothing(base)
     return found
@@ -188,7 +172,7 @@ def striped(
     """What ``explained`` admits, if it is stripes: about half of what they may act on lies between them."""
     found = explained(measured, base, *values)
     _, alpha, within, _ = found
-    most = MOST_STRIPED + STRIPED_SCATTER / float(np.sqrt(max(1.0, float(within.sum()))))
+    most = POLICY.rules.most_striped + POLICY.rules.striped_scatter / float(np.sqrt(max(1.0, float(within.sum()))))
     return _nothing(base) if within.any() and float(alpha[within].mean()) > most else found
 
 
@@ -206,15 +190,17 @@ def fought(
     """
     surely = support(first, another)
     off = _off(measured, base, surely)
-    if surely.any() and np.count_nonzero(off) < LEAST_FOUGHT * np.count_nonzero(surely):
+    if surely.any() and np.count_nonzero(off) < POLICY.rules.least_fought * np.count_nonzero(surely):
         return _nothing(base)
-    between = _between(measured, base, (another, first), off) > MOST_BETWEEN
-    return mixed_only(explained, MEAN_FOUGHT if between else MEAN_ALPHA, measured, base, *values)
+    between = _between(measured, base, (another, first), off) > POLICY.rules.most_between
+    return mixed_only(
+        explained, POLICY.rules.mean_fought if between else POLICY.rules.mean_alpha, measured, base, *values
+    )
 
 
 def _off(measured: Measured, base: Admissible, within: Bools) -> Bools:
     """Where, ``within`` (h, w), a picture is off by more than the tolerance and its noise."""
-    beyond = np.abs(measured.mean - base.value) - base.tau - NOISE * np.sqrt(measured.variance)
+    beyond = np.abs(measured.mean - base.value) - base.tau - POLICY.rules.noise * np.sqrt(measured.variance)
     return within & (largest(beyond) > 0)
 
 
@@ -223,7 +209,10 @@ def _between(measured: Measured, base: Admissible, values: Sequence[Admissible],
     at = np.flatnonzero(off)
     if not at.size:
         return 0.0
-    start, slack = pixels(base.value, at), pixels(base.tau, at) + NOISE * np.sqrt(pixels(measured.variance, at))
+    start, slack = (
+        pixels(base.value, at),
+        pixels(base.tau, at) + POLICY.rules.noise * np.sqrt(pixels(measured.variance, at)),
+    )
     away = pixels(measured.mean, at) - start
     found = np.zeros(at.size, np.bool_)
     for each in values:
@@ -248,17 +237,18 @@ def grained(
     if not shares:
         bright = np.maximum(largest(np.abs(base.value)), largest(base.tau))
         alpha = np.where(within, np.minimum(largest(np.abs(measured.mean - base.value)) / bright, 1.0), 0.0)
-    count = np.maximum(ndimage.uniform_filter(within.astype(np.float64), 5, mode="constant"), 1e-9)
-    around = ndimage.uniform_filter(alpha * within, 5, mode="constant") / count
-    around[count < ALONE] = 0.0  # a dot by itself differs from what is around it by all of its share
+    count = np.maximum(ndimage.uniform_filter(within.astype(np.float64), POLICY.rules.around, mode="constant"), 1e-9)
+    around = ndimage.uniform_filter(alpha * within, POLICY.rules.around, mode="constant") / count
+    # a dot with less than two pixels of the support around it differs from what is around it by all of its share
+    around[count < POLICY.rules.alone / POLICY.rules.around**2] = 0.0
     off = np.where(within, alpha - around, 0.0)
     power = float((off**2).sum())
     dots = np.abs(off[_off(measured, base, within)])
-    rough = not dots.size or float(np.median(dots)) > LEAST_GRAIN
-    if not rough or power <= LEAST_GRAIN**2 * float((within & (alpha > 0)).sum()):
+    rough = not dots.size or float(np.median(dots)) > POLICY.rules.least_grain
+    if not rough or power <= POLICY.rules.least_grain**2 * float((within & (alpha > 0)).sum()):
         return _nothing(base)
     alike = 0.5 * float((off[:, 1:] * off[:, :-1]).sum() + (off[1:] * off[:-1]).sum())
-    if alike > (MOST_ALIKE + (WIDENED if base.widened else 0.0)) * power:
+    if alike > (POLICY.rules.most_alike + (POLICY.rules.widened if base.widened else 0.0)) * power:
         return _nothing(base)
     return found
 

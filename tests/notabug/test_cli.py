@@ -80,7 +80,7 @@ def test_json_is_one_document_and_nothing_else(door: Any) -> None:
     assert "terminator/sphere" in door.stderr
 
 
-@pytest.mark.parametrize("topic", ["scenes", "renderers", "models", "variants", "declarations"])
+@pytest.mark.parametrize("topic", ["scenes", "renderers", "models", "variants", "declarations", "policy"])
 def test_lists_are_json_too(door: Any, topic: str) -> None:
     assert door("list", topic, "--json") == 0
     assert json.loads(door.stdout)[topic]
