@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from operator import itemgetter
 from types import MappingProxyType
 
@@ -23,9 +22,10 @@ from notabug.metrics.noise import Measured
 from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import Predict, Preview, choices, nearer, nears, surely_helps
 from notabug.metrics.reach import Reach, reach
-from notabug.metrics.rules import RULES, Explained, fought, grained, mixed_only, stretched, striped, support, widespread
+from notabug.metrics.rules import RULES, Explained, Trial, nothing, support
 from notabug.metrics.sets import candidates, habits
 from notabug.metrics.significance import Significance, significance
+from notabug.metrics.structure import STRUCTURES
 from notabug.references.models.model import Model, excluded_by
 
 Floats = npt.NDArray[np.floating]
@@ -78,27 +78,7 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
     hulls = tuple(each for each in applied if each.rule == "hull")
     for each in (*hulls, *(other for other in applied if other.rule not in ("hull", "choice"))):
         moved = () if each in hulls else hulls
-        values = [stretched(measured, predict, (*chosen, value), moved) for value in each.values()]
-        explained: Callable[..., Explained] = RULES[each.rule]
-        if each.kind == "limitation" and each.sure is not None:
-            # where a choice has another surface win, the first may win as well
-            without = tuple(other for other in chosen if other.options.keys().isdisjoint(each.sure))
-            first = predict(without)
-            values += [stretched(measured, predict, without, moved)] if without != chosen else []
-            another = predict((*chosen, replace(each, options=each.sure, others=())))
-            explained = partial(fought, explained, first, another)
-        elif each.kind == "limitation" and each.mixes == "stripes":
-            explained = partial(striped, explained)
-        elif each.kind == "limitation" and each.rule == "set" and each.mixes == "chance":
-            explained = partial(mixed_only, explained, 0.0 if each.grain else POLICY.rules.mean_alpha)
-        if each.grain:
-            explained = partial(grained, explained, each.rule == "set")
-        # means over samples show dots everywhere, or it is none: at pixel centres there may be few
-        if each.kind == "fault" and (each.rule == "any" or (each.grain and not target.share_is_point)):
-            explained = partial(
-                widespread, explained, POLICY.rules.least_dotted if each.grain else POLICY.rules.least_touched
-            )
-        target, alpha, within, length = explained(measured, target, *values)
+        target, alpha, within, length = _applied(Trial(measured, target, each, chosen, moved, predict))
         alphas[each.name] = alpha
         excluded |= within
         freedom += length
@@ -108,6 +88,14 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
     nearest = put(measured.mean, wrong, pixels(measured.mean, wrong) - pixels(r, wrong))
     whole = GlobalFit() if found.triggers else global_fit(measured, target, excluded)
     return Explanation(models, target, nearest, alphas, freedom, found, whole, found.z)
+
+
+def _applied(trial: Trial) -> Explained:
+    """What a model admits by its rule, where the picture shows what it must; else what there was without it."""
+    structure = STRUCTURES[trial.model.shows]
+    values = (*trial.values(), *structure.beside(trial))
+    found = RULES[trial.model.rule](trial.measured, trial.base, *values)
+    return found if structure.shown(trial, found) else nothing(trial.base)
 
 
 def explain(

@@ -77,12 +77,13 @@ def _beyond_telling(found: Explanation, open_to: Sequence[Model], predicted: Pre
     bare = predicted(())
     lit = largest(bare.value) > 0
     for each in open_to:
-        if each.name == "acne":
+        if each.shows == "dots":
             share = float((support(bare, predicted((each,))) & lit).sum()) / max(1.0, float(lit.sum()))
             if share > POLICY.hesitation.untellable:
                 return (
                     f"no picture can tell here: with a rounding of {declaration.hit_error:.1e} of the distance no"
-                    f" reasonable epsilon prevents acne on {share:.0%} of what is lit; bring camera or scene nearer"
+                    f" reasonable epsilon prevents {each.name} on {share:.0%} of what is lit; bring camera or scene"
+                    " nearer"
                 )
     return ""
 
