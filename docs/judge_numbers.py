@@ -1,59 +1,60 @@
-"""Writes the values of docs/judge-numbers.md anew, and says which numbers of metrics/ have no row, or are gone.
+"""Writes docs/judge-numbers.md: the numbers that decide a verdict, from metrics/policy/.
 
-A number is a constant of a module, or a literal in the code of a function: notabug/bench/verdict/numbers.py finds them.
-Literals that every program is full of, a half or a one, need no row, and neither do files that decide nothing.
+``python docs/judge_numbers.py`` writes the page; a test says when it is stale.
 """
 
 from __future__ import annotations
 
-import importlib
-import re
-import sys
+from itertools import groupby
 from pathlib import Path
 
-from notabug.bench.verdict.numbers import found, numeric, shown
+from notabug.bench.verdict.numbers import shown
+from notabug.metrics.policy import Entry, entries
+from notabug.metrics.policy.number import KINDS
 
-ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "judge-numbers.md"
-ROW = re.compile(r"^\| `([^`]+)` \| ([^|]*) \|", re.M)
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "judge-numbers.md"
+HEAD = """\
+# The numbers that decide a verdict
+
+Every number that takes part in a verdict, by the step of [judge.md](judge.md) that uses it.
+`python docs/judge_numbers.py` writes this page from `metrics/policy/`, where the numbers are to be changed;
+`notabug list policy` prints them, and `run.json` keeps them under `policy`. A test fails when a number that decides
+stands elsewhere in `metrics/`.
+
+A name such as `admissible.edge` is `POLICY.admissible.edge` in the code: the number that `metrics/admissible.py`
+reads, and perhaps other files too. A name that begins with `references` is a constant that stands there,
+as the tracer and the models use it. The source of a number is one of
+
+- **derived**: it follows from a formula or from a statement that can be checked, which is given;
+- **measured**: it was read off pictures, and the row says which; where two values are given, the number lies between;
+- **convention**: somebody chose it. These rows are the ones to question first; what moves when each is halved and
+  doubled is in [judge-sensitivity.md](judge-sensitivity.md).
+
+"Word" in the last column says that the number can change the word of a verdict (`pass`, `limitation`, `bug`,
+`inconclusive`), "name" that it can change what a bug or a limitation is called, "time" that it bounds the search and
+is meant to change nothing but how long the search takes.
+
+"""
 
 
-def of_models(row: str) -> str | None:
-    """The value of a constant of references/ that has a row, or None where there is no such constant."""
-    path, _, name = row.rpartition(".")
-    value = getattr(importlib.import_module(f"notabug.{path}"), name, None)
-    return shown(value) if numeric(value) else None
+def row(entry: Entry) -> str:
+    """One line of a table."""
+    said = entry.said
+    return f"| `{entry.name}` | {shown(entry.value)} | {said.unit} | {said.meaning} | {said.source} | {said.decides} |"
 
 
-def faults(text: str) -> list[str]:
-    """What is wrong with the page ``text``, a sentence each."""
-    rows = dict(ROW.findall(text))
-    known = dict(found())
-    known |= {row: value for row in rows if row.startswith("references.") and (value := of_models(row)) is not None}
-    told = [f"`{row}` has no row: add one with its unit, meaning and source" for row in known.keys() - rows.keys()]
-    told += [f"`{row}` is no longer in the code: take its row out" for row in rows.keys() - known.keys()]
-    told += [
-        f"`{row}` is {known[row]} in the code and {rows[row]} on the page: run python docs/judge_numbers.py"
-        for row in rows.keys() & known.keys()
-        if known[row] != rows[row]
-    ]
-    return sorted(told)
-
-
-def anew(text: str) -> str:
-    """The page ``text`` with the values of the code."""
-    known = found()
-
-    def row(match: re.Match[str]) -> str:
-        name = match[1]
-        value = of_models(name) if name.startswith("references.") else known.get(name)
-        return f"| `{name}` | {match[2] if value is None else value} |"
-
-    return ROW.sub(row, text)
+def page() -> str:
+    """The whole page."""
+    every = entries()
+    counts = ", ".join(f"{sum(entry.said.source.startswith(kind) for entry in every)} {kind}" for kind in KINDS)
+    parts = [HEAD, f"There are {len(every)}: {counts}.\n"]
+    for step, some in groupby(every, key=lambda entry: entry.step):
+        parts.append(
+            f"\n## {step}\n\n| number | value | unit | meaning | source | decides |\n|---|---|---|---|---|---|\n"
+        )
+        parts += [f"{row(entry)}\n" for entry in some]
+    return "".join(parts)
 
 
 if __name__ == "__main__":
-    PAGE.write_text(anew(PAGE.read_text("utf-8")), "utf-8")
-    left = faults(PAGE.read_text("utf-8"))
-    print("\n".join(left) or f"{len(ROW.findall(PAGE.read_text('utf-8')))} numbers, all as in the code")
-    sys.exit(bool(left))
+    PAGE.write_text(page(), "utf-8")

@@ -10,32 +10,15 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.channels import largest, pixels, put
+from notabug.metrics.formulas import BOX_VARIANCE, gaussian_variance, most_variance, tent_variance
 from notabug.metrics.image_checks import finite
 from notabug.metrics.image_filters import Bools, extreme, laplacian, weighed, widened
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
 from notabug.references.tracer.envelope import Envelope, changes
-from notabug.references.tracer.precision import ABSOLUTE, RANDOM_EDGE, RELATIVE
+from notabug.references.tracer.precision import ABSOLUTE, BENT, RANDOM_EDGE, RELATIVE
 
 Floats = npt.NDArray[np.floating]
-
-DARK = 1e-9  # the brightest value of a picture that is black
-# Of an edge of a texture that runs along a pixel's border a grid of 4 x 4 or 5 x 5 subsamples, ours or the renderer's,
-# may have a row more or less: an eighth and a tenth of the step, which is in the range of the footprints around.
-# On the tuning split at 64 x 64, 832 clean pictures: 0.02 of the pixel's own range 82 false alarms, this 1.
-GRID = 0.2
-# Of an edge's step: in clean pictures of every scene, 64 x 64, by box, tent and Gaussian, 0.146 at most. With fewer
-# samples than these it may be half of it. A shadow's edge may move by a reasonable epsilon as well: see leeway.py.
-EDGE, ENOUGH = 0.19, 16
-# Of a pixel's footprint: where less of it is unlike its centre, no edge is within a quarter of a pixel of the centre. A
-# rasteriser's grid of 1/16 pixel moves an edge by a thirty-second, but a thin wire that is gone by half its width.
-SIDE = 0.25
-BESIDE = 0.03125  # pixels: a rasteriser's grid of 1/16 pixel moves an edge by so much, and last bits by less
-# Of the range that subsamples find: on an even slope 4 x 4 regular ones miss a sixth at either end, on a bend more.
-MISSED = 0.25
-SUSPICIOUS = 2.0  # standard errors, from which on it is looked at closer
-STRAY = 2  # samples of a pixel that last bits may lead astray
-LSB = 0.55  # a rounded value is off by half a step, and a little for a rounding error before it
-CUT = 1.05  # of a step: Ward's RGBE cuts what does not fit, others round
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,22 +84,22 @@ def admissible(
         value = filtered(value, reach_of_filter)
     if math.isfinite(declaration.white):
         value, lo, hi = (np.minimum(each, declaration.white) for each in (value, lo, hi))
-    tau = tolerance * np.abs(value) + ABSOLUTE * max(min(float(value.max(initial=0.0)), peak), DARK)
+    tau = tolerance * np.abs(value) + ABSOLUTE * max(min(float(value.max(initial=0.0)), peak), POLICY.admissible.dark)
     tau += _rounded(declaration, value, hi)
     samples = missed = None
-    sampled = (lo, hi, envelope.variance if declaration.filter == "box" else (hi - lo) ** 2 / 4.0)  # at most: Popoviciu
+    sampled = (lo, hi, envelope.variance if declaration.filter == "box" else most_variance(hi - lo))
     if not point:
         inside = np.maximum(envelope.hi - envelope.lo - slope(envelope.mean), 0.0)
         inside[envelope.edge] = 0.0
-        missed = GRID * extreme(extreme(inside, np.maximum), np.maximum)
+        missed = POLICY.admissible.grid * extreme(extreme(inside, np.maximum), np.maximum)
         if fine is not None and exact is not None:  # where an edge crosses, the interval from lo to hi stands for it
             at = np.flatnonzero(fine)
             bound = np.where(exact[..., None], envelope.bound, 0.0)
             missed = put(missed, at, np.minimum(pixels(missed, at), pixels(bound, at)))
         tau += missed
         missed = None if inner is None else missed
-        if declaration.filter != "unknown" and declaration.samples >= ENOUGH:
-            share = RANDOM_EDGE if declaration.noisy else EDGE
+        if declaration.filter != "unknown" and declaration.samples >= POLICY.admissible.enough:
+            share = RANDOM_EDGE if declaration.noisy else POLICY.admissible.edge
             span, samples = hi - lo, (lo, hi)
             slack = share * span
             lo, hi = np.maximum(lo, value - slack), np.minimum(hi, value + slack)
@@ -125,14 +108,14 @@ def admissible(
                 hi = put(hi, cast, pixels(hi, cast) + pixels(leeway, cast))
     if declaration.filter not in ("point", "box"):
         bend = extreme(largest(np.abs(laplacian(value))), np.maximum)
-        tau += 0.15 * np.where(edge, 0.0, bend)[..., None]
+        tau += POLICY.admissible.bend * np.where(edge, 0.0, bend)[..., None]
     spared = envelope.spared_point if point else envelope.spared
     at = np.flatnonzero(edge)
     lo, hi = (put(value, at, pixels(each, at)) for each in (lo, hi))
-    stray = 1.0 if point or not declaration.samples else min(1.0, STRAY / declaration.samples)
+    stray = 1.0 if point or not declaration.samples else min(1.0, POLICY.admissible.stray / declaration.samples)
     if point:
-        slack = EDGE * (hi - lo)
-        clear = beside_centre(envelope) < SIDE
+        slack = POLICY.admissible.edge * (hi - lo)
+        clear = beside_centre(envelope) < POLICY.admissible.side
         lo, hi = (
             np.where(clear[..., None], which(each, value + sign * slack), each)
             for each, which, sign in ((lo, np.maximum, -1.0), (hi, np.minimum, 1.0))
@@ -145,7 +128,7 @@ def admissible(
 
 def at_random(declaration: Declaration) -> bool:
     """Whether a pixel's samples fall anywhere in it by chance, and nowhere else, and are enough to tell their noise."""
-    return declaration.noisy is True and declaration.filter == "box" and declaration.samples >= ENOUGH
+    return declaration.noisy is True and declaration.filter == "box" and declaration.samples >= POLICY.admissible.enough
 
 
 def beside_centre(envelope: Envelope) -> Floats:
@@ -157,8 +140,8 @@ def beside_centre(envelope: Envelope) -> Floats:
 def _rounded(declaration: Declaration, value: Floats, hi: Floats) -> Floats | float:
     """By how much the output's number format may move ``value`` (h, w, 3), or what is admitted there up to ``hi``."""
     if declaration.shared_exponent:
-        return CUT * declaration.quantum * largest(np.maximum(np.abs(value), np.abs(hi)))[..., None]
-    return LSB * declaration.quantum * (np.abs(value) if declaration.relative_quantum else 1.0)
+        return POLICY.admissible.cut * declaration.quantum * largest(np.maximum(np.abs(value), np.abs(hi)))[..., None]
+    return POLICY.admissible.lsb * declaration.quantum * (np.abs(value) if declaration.relative_quantum else 1.0)
 
 
 def slope(value: Floats) -> Floats:
@@ -167,7 +150,7 @@ def slope(value: Floats) -> Floats:
     Subsamples know an even slope's mean, wherever they lie; an edge's they do not, and beside an edge it is flat.
     """
     change = _steps(value, 1) + _steps(value, 0)
-    return np.asarray(1.25 * extreme(extreme(change, np.minimum), np.minimum))
+    return np.asarray(BENT * extreme(extreme(change, np.minimum), np.minimum))
 
 
 def _steps(value: Floats, axis: int) -> Floats:
@@ -179,17 +162,14 @@ def _steps(value: Floats, axis: int) -> Floats:
 
 
 def widening(declaration: Declaration) -> float:
-    """By how much the declared filter's variance exceeds that of the pixel, 1/12, in squared pixels; 0: unknown filter.
+    """By how much the declared filter's variance exceeds that of the pixel, in squared pixels; 0: unknown filter.
 
-    A tent of radius r has r^2/6. A Gaussian has a standard deviation of half a pixel, less its value at the radius, as
-    Mitsuba and pbrt have it.
+    A Gaussian has a standard deviation of half a pixel, less its value at the radius, as Mitsuba and pbrt have it.
     """
     if declaration.filter == "tent":
-        return declaration.radius**2 / 6.0 - 1.0 / 12.0
+        return tent_variance(declaration.radius) - BOX_VARIANCE
     if declaration.filter == "gaussian":
-        x = (np.arange(512) + 0.5) / 512 * declaration.radius
-        weight = np.exp(-2.0 * x * x) - math.exp(-2.0 * declaration.radius**2)
-        return float((weight * x * x).sum() / weight.sum()) - 1.0 / 12.0
+        return gaussian_variance(declaration.radius) - BOX_VARIANCE
     return 0.0
 
 
@@ -215,7 +195,7 @@ def suspected(measured: Measured, envelope: Envelope, to: Admissible, declaratio
         return False
     cast = np.flatnonzero(edges(envelope, math.ceil(declaration.radius), cast=True))
     mean, hi, tau, variance = (pixels(each, cast) for each in (measured.mean, to.hi, to.tau, measured.variance))
-    return bool((mean > hi + tau + SUSPICIOUS * np.sqrt(variance)).any())
+    return bool((mean > hi + tau + POLICY.admissible.suspicious * np.sqrt(variance)).any())
 
 
 def residual(mean: Floats, to: Admissible) -> Floats:

@@ -13,19 +13,21 @@ from notabug.metrics.causes import Cause
 from notabug.metrics.channels import largest
 from notabug.metrics.explain import Explanation
 from notabug.metrics.lattice import Lattice
-from notabug.metrics.likely import CLIP
 from notabug.metrics.noise import Measured
-from notabug.metrics.quick import LEAST_TOLD, Predict, Preview, choices
+from notabug.metrics.policy import POLICY
+from notabug.metrics.quick import Predict, Preview, choices
 from notabug.metrics.sets import habits
 from notabug.metrics.significance import Significance
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
 
-TOLD = 0.25  # of what is wrong at a pixel, that its centre may be off its mean, for quick pictures to tell of it
-FARTHER = 1.05  # ratio of two misfits, beyond which a cause in the whole picture is not looked at in full
-FEW_TOLD = 16  # wrong pixels off edges, on the lattice, below which they do not tell what a fault leaves
-HOPE = 0.7  # a fault that leaves more than this of the bug leg is not tried beside limitations
+TOLD = POLICY.bug_leg.told
+FARTHER = POLICY.bug_leg.farther
+FEW_TOLD = POLICY.bug_leg.few_told
+HOPE = POLICY.bug_leg.hope
+CLIP = POLICY.likely.clip
+LEAST_TOLD = POLICY.quick.least_told
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,20 +21,13 @@ from scipy import ndimage
 from notabug.adapters.base import Declaration
 from notabug.metrics.causes import encoded, find_scale, find_shifts, zoomed
 from notabug.metrics.image_checks import invalid
+from notabug.metrics.policy import POLICY
 from notabug.references.models.camera import half_if_near
 from notabug.references.tracer.envelope import Envelope
 from notabug.references.tracer.precision import RELATIVE
 
 Floats = npt.NDArray[np.floating]
 
-GAIN, GAMMA, SHIFT, SCALE = RELATIVE, 0.01, 0.1, 0.003  # beyond these a reading is a fault, not rounding
-LIKE = 0.8  # correlation below which a picture is not one of the card at all
-FITS = 0.008  # of white: the error that the readings may leave, or they do not describe the picture
-TONES = 32  # steps of equal ratio that the values of the card are sorted into
-NOISE = 1e-4  # relative: more between seeds than rounding
-BOX = 12.0**-0.5  # pixels: the standard deviation of a pixel-wide box, the width that a box filter reads as
-BLURRED = 0.5  # of the difference at edges that a blur may leave, or it is no blur
-WIDTH = {"point": 0.35, "box": 0.4, "tent": 0.6}  # pixels: the widest that may be called so
 
 _TURNS = {"": (1, 1), "upside_down": (-1, 1), "mirrored": (1, -1), "rotated": (-1, -1)}
 _ADVICE = {
@@ -83,7 +76,7 @@ def read_card(
     likeness, orientation, channels = _orientation(mean, value)
     down, across = _TURNS[orientation]
     upright = mean[::down, ::across][..., ["rgb".index(channel) for channel in channels]]
-    if likeness < LIKE:
+    if likeness < POLICY.calibration.like:
         return _unlike(mean, value, repeats)
     shift, scale, moved = _place(upright, value)
     shift = (half_if_near(shift[0]), half_if_near(shift[1]))
@@ -101,7 +94,7 @@ def read_card(
         noise=noise,
         repeats=repeats,
     )
-    if misfit > FITS:
+    if misfit > POLICY.calibration.fits:
         return reading
     said = dict(_faults(reading, declaration))
     return Reading(
@@ -113,7 +106,7 @@ def read_card(
 
 def _unlike(mean: Floats, value: Floats, repeats: bool | None) -> Reading:
     """The reading of a picture that no turn makes the card: its two axes are exchanged, or it is another one."""
-    if mean.shape[0] == mean.shape[1] and _orientation(mean.swapaxes(0, 1), value)[0] >= LIKE:
+    if mean.shape[0] == mean.shape[1] and _orientation(mean.swapaxes(0, 1), value)[0] >= POLICY.calibration.like:
         what = "u and v of the texture, or the picture's rows and columns, are exchanged"
         return Reading(repeats=repeats, causes=("axes_exchanged",), sentence=f"the card lies on its side: {what}")
     what = "the picture is not one of the card: does the renderer read the scene?"
@@ -135,19 +128,24 @@ def _faults(reading: Reading, declaration: Declaration) -> list[tuple[str, str]]
     if reading.channels != "rgb":
         found.append(("channels_swapped", f"in the channel order {reading.channels}: write red, green, blue"))
     x, y = reading.shift
-    if max(abs(x), abs(y)) > SHIFT:
+    if max(abs(x), abs(y)) > POLICY.calibration.shift:
         where = f"({x:+.2f}, {y:+.2f})"
         found.append(("pixel_shift", f"shifted by {where} pixels (right, down): pixel centres lie at +0.5"))
-    if abs(reading.scale - 1.0) > SCALE:
+    if abs(reading.scale - 1.0) > POLICY.calibration.scale:
         wrong = f"magnified by {reading.scale:.4f}: the field of view is 2 atan(tan_x) across and 2 atan(tan_y) high"
         found.append(("field_of_view", wrong))
     if reading.srgb:
         found.append(("srgb_encoded", 'sRGB-encoded: write linear values, or declare encoding = "srgb"'))
-    elif abs(reading.gamma - 1.0) > GAMMA:
+    elif abs(reading.gamma - 1.0) > POLICY.calibration.gamma:
         found.append(("gamma", f"raised to the power {reading.gamma:.3f}: write linear values"))
-    if not reading.srgb and abs(reading.gain - 1.0) > GAIN:
+    if not reading.srgb and abs(reading.gain - 1.0) > RELATIVE:
         found.append(("light_gain", f"{reading.gain:.4f} times as bright as it should be{_why(reading.gain)}"))
-    if declaration.filter in WIDTH and reading.width > WIDTH[declaration.filter] and not found:
+    widest = {
+        "point": POLICY.calibration.point_width,
+        "box": POLICY.calibration.box_width,
+        "tent": POLICY.calibration.tent_width,
+    }
+    if reading.width > widest.get(declaration.filter, math.inf) and not found:
         found.append(
             (
                 "filter_undeclared",
@@ -221,11 +219,11 @@ def _transfer(mean: Floats, value: Floats) -> tuple[float, float, bool, Floats, 
         return 1.0, 1.0, False, value, math.inf
     x, y = np.log(value[at]), np.log(mean[at])
     gamma = float(np.cov(x, y)[0, 1] / max(float(x.var(ddof=1)), 1e-30))
-    gamma = 1.0 if abs(gamma - 1.0) < GAMMA else gamma
+    gamma = 1.0 if abs(gamma - 1.0) < POLICY.calibration.gamma else gamma
     gain = float(np.exp(np.median(y - gamma * x)))
     power = gain * np.maximum(value, 0.0) ** gamma
     as_srgb = encoded(value)
-    tone = np.digitize(x, np.linspace(x.min(), x.max(), TONES))
+    tone = np.digitize(x, np.linspace(x.min(), x.max(), POLICY.calibration.tones))
     left = [_worst_tone((mean - each)[at], tone) / float(mean.max()) for each in (power, as_srgb)]
     if left[1] < 0.5 * left[0]:
         return 1.0, 1.0, True, as_srgb, left[1]
@@ -249,9 +247,10 @@ def _width(mean: Floats, value: Floats) -> float:
     widths = np.linspace(0.0, 2.4, 25)
     misfits = [_misfit(mean, ndimage.gaussian_filter(value, (width, width, 0))) for width in widths]
     best = int(np.argmin(misfits))
-    if best == len(widths) - 1 or misfits[best] > BLURRED * misfits[0]:  # dots are no blur, though a blur hides them
-        return BOX
-    return math.hypot(BOX, float(widths[best]))
+    # dots are no blur, though a blur hides them
+    if best == len(widths) - 1 or misfits[best] > POLICY.calibration.blurred * misfits[0]:
+        return POLICY.calibration.box
+    return math.hypot(POLICY.calibration.box, float(widths[best]))
 
 
 def _noise(pictures: Sequence[Floats], mean: Floats) -> float:
@@ -260,4 +259,4 @@ def _noise(pictures: Sequence[Floats], mean: Floats) -> float:
     deviation = np.std(np.stack(pictures), axis=0, ddof=1)
     lit = mean > 0.01 * mean.max()
     noise = float((deviation[lit] / mean[lit]).mean()) if lit.any() else 0.0
-    return noise if noise > NOISE else 0.0
+    return noise if noise > POLICY.calibration.noise else 0.0

@@ -13,19 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible
+from notabug.metrics.formulas import DEVIATION
 from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
 from notabug.references.models.camera import shift_message
 from notabug.scenes_usd.srgb import decode_srgb, encode_srgb
 
 Floats = npt.NDArray[np.floating]
-
-POWER = 2.2  # the exponent that is widely used in the place of sRGB's curve
-LEAST_SHIFT = 0.05  # pixels: what aliased edges alone can fake is larger; a smaller shift is none
-LEAST_SIDE = 8  # pixels: of a smaller picture a shift of a pixel leaves too little to be told by
-SAME_SHIFT = 0.02  # pixels between two shifts that are tried as one
-SHIFTS_TRIED = 2  # of those found, those that fit best
-FARTHEST = 0.25  # of the picture's smaller side: a larger shift is another picture
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,7 +40,7 @@ class Cause:
 
 def changed(to: Admissible, change: Callable[[Floats], Floats]) -> Admissible:
     """``to`` under the ``change`` of a picture; edges go through it as 0 and 1, the tolerance by the change's slope."""
-    edge = change(np.repeat(to.edge[..., None].astype(np.float64), 3, axis=2))[..., 0] > 0.01
+    edge = change(np.repeat(to.edge[..., None].astype(np.float64), 3, axis=2))[..., 0] > POLICY.causes.edge
     tau = np.maximum(np.abs(change(to.value + to.tau) - change(to.value)), to.tau.min())
     samples = None if to.samples is None else (change(to.samples[0]), change(to.samples[1]))
     return replace(to, value=change(to.value), lo=change(to.lo), hi=change(to.hi), tau=tau, edge=edge, samples=samples)
@@ -77,14 +72,14 @@ def _shift(mean: Floats, dx: float, dy: float) -> Callable[[Admissible], Admissi
 
 def _encoded(to: Admissible) -> Admissible:
     found = changed(to, encoded)
-    return replace(found, tau=np.maximum(found.tau, 0.008))
+    return replace(found, tau=np.maximum(found.tau, POLICY.causes.encoded))
 
 
 def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
     """Every cause worth trying for this picture, which ``to`` admits but for it."""
     mean = measured.mean
     bright = max(float(to.value.max(initial=0.0)), 1e-30)
-    if float(np.abs(mean).max(initial=0.0)) < 1e-3 * bright:
+    if float(np.abs(mean).max(initial=0.0)) < POLICY.causes.black * bright:
         yield _cause("black", "every pixel is black: no light, no object or no camera", np.zeros_like)
         return
     yield _moving("upside_down", "the picture is upside down", lambda a: a[::-1])
@@ -100,13 +95,13 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
     # The two curves lie near each other, so a picture that went through one and came back by the other looks right.
     yield _cause(
         "decoded_by_power",
-        f"an sRGB-encoded picture was decoded by the power {POWER}, not by sRGB's curve",
-        lambda a: np.power(encoded(a), POWER),
+        f"an sRGB-encoded picture was decoded by the power {POLICY.causes.power}, not by sRGB's curve",
+        lambda a: np.power(encoded(a), POLICY.causes.power),
     )
     yield _cause(
         "encoded_by_power",
-        f"a picture that is decoded by sRGB's curve was encoded by the power 1/{POWER}",
-        lambda a: decode_srgb(np.power(np.clip(a, 0.0, 1.0), 1.0 / POWER)),
+        f"a picture that is decoded by sRGB's curve was encoded by the power 1/{POLICY.causes.power}",
+        lambda a: decode_srgb(np.power(np.clip(a, 0.0, 1.0), 1.0 / POLICY.causes.power)),
     )
     gain = _median_ratio(mean, to.value, bright)
     if gain is not None:
@@ -132,8 +127,8 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
 
 def gain_message(gain: float) -> str:
     """What a gain of the whole picture means in words."""
-    for value, why in ((math.pi, ": a 1/pi is missing"), (1 / math.pi, ": a 1/pi too many"), (4 * math.pi, ": 4 pi")):
-        if abs(gain / value - 1) < 0.01:
+    for value, why in ((math.pi, ": a 1/pi is missing"), (1 / math.pi, ": a 1/pi too many"), (2 * math.tau, ": 4 pi")):
+        if abs(gain / value - 1) < POLICY.causes.near_pi:
             return f"gain {gain:.4f}{why}"
     return f"gain {gain:.4f}: every value is multiplied by it"
 
@@ -157,25 +152,29 @@ def zoomed(picture: Floats, scale: float, step: int = 1) -> Floats:
 
 
 def _median_ratio(mean: Floats, value: Floats, bright: float) -> float | None:
-    at = value > 0.05 * bright
-    if at.sum() < 64:
+    at = value > POLICY.causes.gain_from * bright
+    if at.sum() < POLICY.causes.enough:
         return None
     gain = float(np.median(mean[at] / value[at]))
-    return gain if gain > 0 and abs(gain - 1) > 1e-3 else None
+    return gain if gain > 0 and abs(gain - 1) > POLICY.causes.no_gain else None
 
 
 def _top(mean: Floats, value: Floats) -> float | None:
     """Where values are cut off: what a picture shows of all that should be brighter than its brightest value."""
-    above = value > 1.02 * float(mean.max(initial=0.0))
-    return float(np.median(mean[above])) if above.sum() >= 8 else None
+    above = value > POLICY.causes.cut_off * float(mean.max(initial=0.0))
+    return float(np.median(mean[above])) if above.sum() >= POLICY.causes.enough_cut_off else None
 
 
 def _gamma(mean: Floats, value: Floats, bright: float) -> float | None:
-    at = (value > 0.02 * bright) & (value < 0.98) & (mean > 1e-4) & (mean < 0.98)
-    if at.sum() < 64:
+    clipped = POLICY.causes.clipped
+    at = (
+        (value > POLICY.causes.gamma_from * bright) & (value < clipped) & (mean > POLICY.causes.dark) & (mean < clipped)
+    )
+    if at.sum() < POLICY.causes.enough:
         return None
     gamma = float(np.median(np.log(mean[at]) / np.log(value[at])))
-    return gamma if 0.2 < gamma < 5 and abs(gamma - 1) > 0.01 else None
+    most = POLICY.causes.most_gamma
+    return gamma if 1.0 / most < gamma < most and abs(gamma - 1) > POLICY.causes.no_gamma else None
 
 
 def find_shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
@@ -183,24 +182,24 @@ def find_shifts(mean: Floats, value: Floats) -> Iterator[tuple[float, float]]:
     from scipy import ndimage
     from skimage.registration import phase_cross_correlation
 
-    if min(value.shape[:2]) < LEAST_SIDE:
+    if min(value.shape[:2]) < POLICY.causes.least_side:
         return
     # of the gradients: the border that a shift brings in would pull smooth shading towards no shift at all
     a, b = (np.hypot(*(ndimage.sobel(each.sum(axis=2), axis) for axis in (0, 1))) for each in (value, mean))
     if np.ptp(a) == 0 or np.ptp(b) == 0:
         return
     starts = [(0.0, 0.0)]
-    for upsample in (1, 20):
+    for upsample in (1, POLICY.causes.upsampling):
         move, _, _ = phase_cross_correlation(b, a, upsample_factor=upsample, normalization=None)
         starts.append((float(move[1]), float(move[0])))
     refined = [refined_shift(mean, value, start) for start in dict.fromkeys(starts)]
     ranked: list[tuple[float, tuple[float, float]]] = []
     for found in (*refined, *starts):
-        new = all(max(abs(found[0] - x), abs(found[1] - y)) > SAME_SHIFT for _, (x, y) in ranked)
-        if new and LEAST_SHIFT < max(map(abs, found)) < FARTHEST * min(a.shape):
+        new = all(max(abs(found[0] - x), abs(found[1] - y)) > POLICY.causes.same_shift for _, (x, y) in ranked)
+        if new and POLICY.causes.least_shift < max(map(abs, found)) < POLICY.causes.farthest * min(a.shape):
             off = np.abs(shifted(value, *found) - mean)[~brought_in(a.shape, *found)]
             ranked.append((float(off.mean()), found))
-    for _, found in sorted(ranked)[:SHIFTS_TRIED]:
+    for _, found in sorted(ranked)[: POLICY.causes.shifts_tried]:
         yield found
 
 
@@ -214,10 +213,8 @@ def refined_shift(mean: Floats, value: Floats, start: tuple[float, float]) -> tu
 
     a, b = (np.asarray(each.sum(axis=2), np.float64) for each in (value, mean))
     x, y = start
-    coefficients = ndimage.spline_filter(
-        a, order=3
-    )  # bilinear blurs by what it moves, which pulls towards whole pixels
-    for _ in range(8):
+    coefficients = ndimage.spline_filter(a, order=3)  # bilinear blurs by what it moves: it pulls to whole pixels
+    for _ in range(POLICY.causes.shift_turns):
         moved = ndimage.shift(coefficients, (y, x), order=3, mode="nearest", prefilter=False)
         inner = ~brought_in(a.shape, x, y)
         down, right = np.gradient(moved)
@@ -231,13 +228,13 @@ def refined_shift(mean: Floats, value: Floats, start: tuple[float, float]) -> tu
             step = np.linalg.solve(normal, terms.T @ (off * weight))
             left = np.abs(off - terms @ step)
             # of what is left where there is an edge: half of most pictures is black and left with nothing
-            told = left[left > 1e-6 * float(a.max())]
-            scale = 1.345 * 1.4826 * float(np.median(told)) if told.size else math.inf
+            told = left[left > POLICY.causes.least_difference * float(a.max())]
+            scale = POLICY.regression.huber * DEVIATION * float(np.median(told)) if told.size else math.inf
             weight = np.minimum(1.0, scale / np.maximum(left, 1e-30))
         x, y = x + float(np.clip(step[0], -0.5, 0.5)), y + float(np.clip(step[1], -0.5, 0.5))
-        if max(abs(x - start[0]), abs(y - start[1])) > 1.5 or not math.isfinite(x + y):
+        if max(abs(x - start[0]), abs(y - start[1])) > POLICY.causes.farthest_refined or not math.isfinite(x + y):
             return start
-        if max(abs(step[:2])) < 1e-3:
+        if max(abs(step[:2])) < POLICY.causes.settled:
             break
     return x, y
 
@@ -245,7 +242,10 @@ def refined_shift(mean: Floats, value: Floats, start: tuple[float, float]) -> tu
 def brought_in(shape: tuple[int, ...], right: float, down: float) -> Bools:
     """The pixels (h, w) at the border that a shift brings in from outside, of which nothing is known."""
     result = np.zeros(shape[:2], np.bool_)
-    x, y = (math.ceil(abs(each) - SAME_SHIFT) + 1 if abs(each) > SAME_SHIFT else 0 for each in (right, down))
+    x, y = (
+        math.ceil(abs(each) - POLICY.causes.same_shift) + 1 if abs(each) > POLICY.causes.same_shift else 0
+        for each in (right, down)
+    )
     result[:, : x if right > 0 else 0] = True
     result[:, shape[1] - (x if right < 0 else 0) :] = True
     result[: y if down > 0 else 0] = True
@@ -267,8 +267,9 @@ def find_scale(mean: Floats, value: Floats) -> float | None:
     def misfit(scale: float, step: int) -> float:
         return float(np.abs(zoomed(a, scale, step) - b[::step, ::step]).mean())
 
-    coarse = np.geomspace(0.5, 2.0, 57)
-    best = float(coarse[int(np.argmin([misfit(each, 4) for each in coarse]))])
-    fine = best * np.linspace(0.985, 1.015, 31)
+    coarse = np.geomspace(0.5, 2.0, POLICY.causes.zoom_steps)
+    best = float(coarse[int(np.argmin([misfit(each, POLICY.causes.zoom_stride) for each in coarse]))])
+    aside = POLICY.causes.zoom_fine
+    fine = best * np.linspace(1.0 - aside, 1.0 + aside, POLICY.causes.zoom_fine_steps)
     best = float(fine[int(np.argmin([misfit(each, 2) for each in fine]))])
-    return best if abs(best - 1) > 0.003 else None
+    return best if abs(best - 1) > POLICY.causes.no_zoom else None

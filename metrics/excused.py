@@ -20,17 +20,10 @@ import numpy.typing as npt
 from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.channels import spread
 from notabug.metrics.image_filters import Bools, extreme, widened
+from notabug.metrics.policy import POLICY
 
 Floats = npt.NDArray[np.floating]
 
-NEAR = 2  # pixels from an edge
-AROUND = 4  # pixels: as far away lies what a stray ray may see
-PAIR = 2  # pixels of a group that last bits may make
-# Of a pixel along an edge, to be wrong by last bits. In right pictures of this project's scenes, 64 x 64, two views
-# each, POV-Ray has such pixels at the silhouettes of smooth meshes, 3 of 357 at most, Mitsuba 3 of 1,101, ours none.
-RATE = 5e-3
-SURE = 1e-3  # chance of more such pixels than ``most``
-BUDGET = 8  # pixels, however long the edges are: in right pictures 5 at most
 TOUCHING = np.ones((3, 3))  # pixels touch along sides and at corners
 
 
@@ -38,13 +31,14 @@ def most(edges: int) -> int:
     """How many of ``edges`` pixels along edges may be wrong by chance: Poisson's quantile, and BUDGET at most."""
     from scipy import special
 
-    enough = (n for n in range(BUDGET) if special.gammainc(n + 1, RATE * edges) < SURE)  # the chance of more than n
-    return next(enough, BUDGET)
+    numbers = POLICY.excused
+    chance_of_more = (special.gammainc(n + 1, numbers.rate * edges) for n in range(numbers.budget))
+    return next((n for n, chance in enumerate(chance_of_more) if chance < numbers.sure), numbers.budget)
 
 
 def excused(wrong: Bools, mean: Floats, to: Admissible) -> Bools:
     """Those of the ``wrong`` pixels (h, w) of the picture ``mean`` that last bits may have made; none if too many."""
-    found = wrong & widened(to.edge, NEAR)
+    found = wrong & widened(to.edge, POLICY.excused.near)
     if to.exact is not None:
         found &= ~to.exact
     if found.any():
@@ -61,13 +55,13 @@ def crowded(wrong: Bools) -> Bools:
     labels, _ = ndimage.label(wrong, TOUCHING)
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0
-    return np.asarray(sizes[labels] > PAIR)
+    return np.asarray(sizes[labels] > POLICY.excused.pair)
 
 
 def _usual(wrong: Bools, mean: Floats, to: Admissible) -> Bools:
     """Where (h, w) ``mean`` is off by no more than stray samples weigh, and no brighter than pixels around may be."""
     high = np.where(spread(wrong), to.hi, np.maximum(to.hi, mean))
-    for _ in range(AROUND):
+    for _ in range(POLICY.excused.around):
         high = extreme(high, np.maximum)
     off = np.abs(residual(mean, to))
     return np.asarray(((mean <= high + to.tau) & (off <= to.stray * high + to.tau)).all(axis=2))

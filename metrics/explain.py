@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from operator import itemgetter
 from types import MappingProxyType
 
@@ -20,40 +19,18 @@ from notabug.metrics.channels import pixels, put
 from notabug.metrics.global_fit import GlobalFit, global_fit
 from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import Predict, Preview, choices, nearer, nears, surely_helps
 from notabug.metrics.reach import Reach, reach
-from notabug.metrics.rules import (
-    LEAST_DOTTED,
-    LEAST_TOUCHED,
-    MEAN_ALPHA,
-    RULES,
-    Explained,
-    fought,
-    grained,
-    mixed_only,
-    stretched,
-    striped,
-    support,
-    widespread,
-)
+from notabug.metrics.rules import RULES, Explained, Trial, nothing, support
 from notabug.metrics.sets import candidates, habits
 from notabug.metrics.significance import Significance, significance
+from notabug.metrics.structure import STRUCTURES
 from notabug.references.models.model import Model, excluded_by
 
 Floats = npt.NDArray[np.floating]
 Closely = Callable[[Bools], Predict]
 """What sets of models admit, with whatever falls between the centres of given pixels (h, w)."""
-
-
-LARGEST_SET = 3
-LARGEST_GROWN = 6  # of sets that are not searched but grown, one by one
-LIKELIEST = 4  # models that are predicted in full, of those by which a set may grow that explains nothing
-SHORTER = 0.9  # of what a smaller set leaves: a larger one that leaves more is no better
-PAIRS = 8  # of models, those that leave least, from which sets of three grow
-VALUES = {2: 4, 3: 2}  # of a feature that are tried in a set of so many models: those that explain most by themselves
-# Of the picture: what is wrong in less of it is predicted in full, as a change between the centres of pixels may
-# explain it: half a texel at the borders of a card's patches, which no centre shows, is 5 % of 64 x 64 pixels.
-FEW = 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,25 +78,7 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
     hulls = tuple(each for each in applied if each.rule == "hull")
     for each in (*hulls, *(other for other in applied if other.rule not in ("hull", "choice"))):
         moved = () if each in hulls else hulls
-        values = [stretched(measured, predict, (*chosen, value), moved) for value in each.values()]
-        explained: Callable[..., Explained] = RULES[each.rule]
-        if each.kind == "limitation" and each.sure is not None:
-            # where a choice has another surface win, the first may win as well
-            without = tuple(other for other in chosen if other.options.keys().isdisjoint(each.sure))
-            first = predict(without)
-            values += [stretched(measured, predict, without, moved)] if without != chosen else []
-            another = predict((*chosen, replace(each, options=each.sure, others=())))
-            explained = partial(fought, explained, first, another)
-        elif each.kind == "limitation" and each.mixes == "stripes":
-            explained = partial(striped, explained)
-        elif each.kind == "limitation" and each.rule == "set" and each.mixes == "chance":
-            explained = partial(mixed_only, explained, 0.0 if each.grain else MEAN_ALPHA)
-        if each.grain:
-            explained = partial(grained, explained, each.rule == "set")
-        # means over samples show dots everywhere, or it is none: at pixel centres there may be few
-        if each.kind == "fault" and (each.rule == "any" or (each.grain and not target.share_is_point)):
-            explained = partial(widespread, explained, LEAST_DOTTED if each.grain else LEAST_TOUCHED)
-        target, alpha, within, length = explained(measured, target, *values)
+        target, alpha, within, length = _applied(Trial(measured, target, each, chosen, moved, predict))
         alphas[each.name] = alpha
         excluded |= within
         freedom += length
@@ -129,6 +88,14 @@ def fit(measured: Measured, models: tuple[Model, ...], predict: Predict, fixed: 
     nearest = put(measured.mean, wrong, pixels(measured.mean, wrong) - pixels(r, wrong))
     whole = GlobalFit() if found.triggers else global_fit(measured, target, excluded)
     return Explanation(models, target, nearest, alphas, freedom, found, whole, found.z)
+
+
+def _applied(trial: Trial) -> Explained:
+    """What a model admits by its rule, where the picture shows what it must; else what there was without it."""
+    structure = STRUCTURES[trial.model.shows]
+    values = (*trial.values(), *structure.beside(trial))
+    found = RULES[trial.model.rule](trial.measured, trial.base, *values)
+    return found if structure.shown(trial, found) else nothing(trial.base)
 
 
 def explain(
@@ -166,20 +133,21 @@ def explain(
     left: dict[Model, float] = {}
     pairs: list[tuple[float, frozenset[Model]]] = []
     near: Reach | None = None
-    for size in range(1, LARGEST_SET + 1):
+    for size in range(1, POLICY.explain.largest_set + 1):
         if size == 2 and not enough and preview is not None:
             some = tuple(dict.fromkeys((*useful, *together)))
             near = reach(measured, bare.significance, some, together, predict, preview, fully=True)
             if near is not None and near.beyond_all():
                 return replace(_nearest(measured, best, useful, predict, preview, left), before=bare.significance.z)
-        grown_from = [pair for _, pair in sorted(pairs, key=itemgetter(0))[:PAIRS]]
-        for chosen in candidates(_leading(useful, left, VALUES.get(size, len(useful))), together, size):
+        grown_from = [pair for _, pair in sorted(pairs, key=itemgetter(0))[: POLICY.explain.pairs]]
+        most = (len(useful), POLICY.explain.values_in_pairs, POLICY.explain.values_in_threes)[min(size, 3) - 1]
+        for chosen in candidates(_leading(useful, left, most), together, size):
             if enough and len(chosen) > 1:
                 break
             if size > 2 and preview is not None and not _grows((*grown_from, frozenset(best.models)), chosen):
                 continue
             least = near.leaves(chosen, preview) if near is not None and preview is not None else 0.0
-            if size > 1 and least >= SHORTER * best.significance.excess:
+            if size > 1 and least >= POLICY.explain.shorter * best.significance.excess:
                 continue
             if preview is not None and (len(chosen) > 1 or chosen[0].rule == "choice"):
                 may, rest = nearer(measured, chosen, best, predict, preview)
@@ -191,7 +159,7 @@ def explain(
             pairs += [(found.significance.excess, frozenset(chosen))] if size == 2 else []
             if not found.triggers:
                 enough.append(found)
-            elif found.significance.excess < SHORTER * best.significance.excess:
+            elif found.significance.excess < POLICY.explain.shorter * best.significance.excess:
                 best = found
     if enough:  # dots may fill a facet as well: the models that could explain the least else
         return replace(min(enough, key=_taken_for_granted), before=bare.significance.z)
@@ -223,15 +191,17 @@ def _nearest(
 
     Those are tried that by themselves leave least: as told by ``left``, else by their quick pictures.
     """
-    while len(best.models) < LARGEST_GROWN:
+    while len(best.models) < POLICY.explain.largest_grown:
         ranked: list[tuple[float, int, Model]] = []
         for model in models:
             if model not in best.models and not excluded_by(model, best.models):
                 may, rest = nearer(measured, (*best.models, model), best, predict, preview)
                 ranked += [(left.get(model, rest), len(ranked), model)] if may else []
-        fits = [fit(measured, (*best.models, model), predict) for _, _, model in sorted(ranked)[:LIKELIEST]]
+        fits = [
+            fit(measured, (*best.models, model), predict) for _, _, model in sorted(ranked)[: POLICY.explain.likeliest]
+        ]
         nearest = min(fits, key=lambda found: found.significance.excess, default=best)
-        if nearest.significance.excess >= SHORTER * best.significance.excess:
+        if nearest.significance.excess >= POLICY.explain.shorter * best.significance.excess:
             break
         best = nearest
     return best
@@ -244,7 +214,7 @@ def _grows(from_some: Iterable[frozenset[Model]], chosen: tuple[Model, ...]) -> 
 
 def few_wrong(found: Explanation) -> bool:
     """Whether what is left to be explained is so little that a model may do it between the centres of pixels."""
-    return bool(0.0 < found.significance.pixels.mean() < FEW)
+    return bool(0.0 < found.significance.pixels.mean() < POLICY.explain.few)
 
 
 def _beside(
@@ -256,7 +226,7 @@ def _beside(
     Where there is a ``preview`` it tells which move nothing there, and which leave as much.
     """
     for each in some:
-        if each in start.models or len(start.models) >= LARGEST_SET:
+        if each in start.models or len(start.models) >= POLICY.explain.largest_set:
             continue
         if preview is not None and not _promises(measured, start, each, predict, preview):
             continue
@@ -286,7 +256,7 @@ def _grown(
     One is added at a time, the one that leaves least: a renderer has all of its conventions and limitations at once, so
     what mirrors, facets and quads do together takes more than LARGEST_SET of them.
     """
-    while len(start.models) < LARGEST_GROWN:
+    while len(start.models) < POLICY.explain.largest_grown:
         fits = [
             fit(measured, (*start.models, each), predict)
             for each in models
@@ -299,7 +269,7 @@ def _grown(
         if enough:
             return min(enough, key=_taken_for_granted)
         best = min(fits, key=lambda each: each.significance.excess, default=start)
-        if best.significance.excess >= SHORTER * start.significance.excess:
+        if best.significance.excess >= POLICY.explain.shorter * start.significance.excess:
             return None
         start = best
     return None
@@ -353,7 +323,7 @@ def beside_faults(models: Sequence[Model], found: Explanation) -> tuple[Model, .
     return tuple(
         each
         for each, feature in zip(models, features, strict=True)
-        if not feature or features.count(feature) <= VALUES[2] or each in found.models
+        if not feature or features.count(feature) <= POLICY.explain.values_in_pairs or each in found.models
     )
 
 

@@ -16,20 +16,12 @@ import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import total
+from notabug.metrics.formulas import DEVIATION
 from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
 
 Floats = npt.NDArray[np.floating]
-
-MOSTLY = 0.5  # of the lit pixels that no limitation may change: else what is left, its border, does not stand for all
-ENOUGH_SMOOTH = 8  # pixels, of which a median is one of most of them
-SUPPORT = 0.5  # share of the peak's gain that the flux must show: a wider filter leaves the flux as it is
-LARGE_SLACK = 2.0  # standard deviations of what samples do at an edge that an edge's tolerance stands for
-STEPS = 32  # of an edge's coverage: pixels in which it is the same are off alike, as along an edge that is level
-FEW_STEPS = 8  # different coverages from which on their scatter tells how well the samples agree
-LEAST_SCATTER = 0.05  # of what edges admit: less is luck
-ROUNDED = 4.0  # standard errors that the rounding of flat pixels, all alike, may be
-UNTOLD = 0.02  # a gain of few pixels that is larger and cannot be told from none is said to be open
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,14 +36,17 @@ class FewGain:
     @property
     def open(self) -> bool:
         """Whether there may be a gain that nobody can tell."""
-        return not self.many and abs(self.gain - 1.0) > UNTOLD + LARGE_SLACK * self.noise
+        return (
+            not self.many
+            and abs(self.gain - 1.0) > POLICY.few_pixels.untold + POLICY.few_pixels.large_slack * self.noise
+        )
 
 
 def few_gain(measured: Measured, to: Admissible, excluded: Bools, channels: slice, least: float) -> FewGain:
     """The gain of ``channels`` of a picture with few pixels; ``least`` is the value from which on a pixel is lit."""
     every = to.value[..., channels].max(axis=2) > least
     lit = every & ~excluded
-    if not lit.any() or lit.sum() < MOSTLY * every.sum():
+    if not lit.any() or lit.sum() < POLICY.few_pixels.mostly * every.sum():
         return FewGain()
     x, y = (np.asarray(each[lit][:, channels].sum(axis=1), np.float64) for each in (to.value, measured.mean))
     edge = to.edge[lit]
@@ -63,16 +58,20 @@ def few_gain(measured: Measured, to: Admissible, excluded: Bools, channels: slic
     )
     noise = float(np.sqrt(measured.kappa * variance.sum())) / light
     flux = float(y.sum()) / light
-    slack = np.maximum(to.hi - to.value, to.value - to.lo)[lit][:, channels].sum(axis=1) * edge / LARGE_SLACK
+    slack = (
+        np.maximum(to.hi - to.value, to.value - to.lo)[lit][:, channels].sum(axis=1)
+        * edge
+        / POLICY.few_pixels.large_slack
+    )
     error = float(np.hypot(_of_edges(y - flux * x, slack, _coverage(to, lit)) / light, noise))
     smooth = ~edge & (x > 0)
-    if np.count_nonzero(smooth) >= ENOUGH_SMOOTH:
+    if np.count_nonzero(smooth) >= POLICY.few_pixels.enough_smooth:
         ratio = y[smooth] / x[smooth]
         peak = float(np.median(ratio))
-        scatter = 1.4826 * float(np.median(np.abs(ratio - peak)))  # of Gaussian noise, the standard deviation
-        if (flux - 1.0) / (peak - 1.0 or np.inf) >= SUPPORT:
+        scatter = DEVIATION * float(np.median(np.abs(ratio - peak)))
+        if (flux - 1.0) / (peak - 1.0 or np.inf) >= POLICY.few_pixels.support:
             rounding = float(to.tau.min()) * (channels.stop - channels.start) / float(np.median(x[smooth]))
-            return FewGain(peak, scatter / np.sqrt(ratio.size) + noise + rounding / ROUNDED, noise)
+            return FewGain(peak, scatter / np.sqrt(ratio.size) + noise + rounding / POLICY.few_pixels.rounded, noise)
     return FewGain(flux, error, noise)
 
 
@@ -87,8 +86,8 @@ def _of_edges(off: Floats, slack: Floats, coverage: npt.NDArray[np.integer]) -> 
     steps, place = np.unique(coverage[at], return_inverse=True)
     alike = np.bincount(place.ravel(), weights=slack[at])
     scatter = 1.0
-    if steps.size >= FEW_STEPS:
-        scatter = max(LEAST_SCATTER, min(1.0, float(np.sqrt(np.mean((off[at] / slack[at]) ** 2)))))
+    if steps.size >= POLICY.few_pixels.few_steps:
+        scatter = max(POLICY.few_pixels.least_scatter, min(1.0, float(np.sqrt(np.mean((off[at] / slack[at]) ** 2)))))
     return scatter * float(np.sqrt((alike**2).sum()))
 
 
@@ -97,4 +96,4 @@ def _coverage(to: Admissible, lit: Bools) -> npt.NDArray[np.integer]:
     lo, hi = to.samples or (to.lo, to.hi)
     low, high, value = (total(each)[lit] for each in (lo, hi, to.value))
     share = (value - low) / np.maximum(high - low, 1e-30)
-    return np.asarray(np.floor(np.clip(share, 0.0, 1.0) * STEPS), np.int64)
+    return np.asarray(np.floor(np.clip(share, 0.0, 1.0) * POLICY.few_pixels.steps), np.int64)

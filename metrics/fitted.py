@@ -9,27 +9,33 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible, residual
-from notabug.metrics.bug_leg import HOPE, Bug
+from notabug.metrics.bug_leg import Bug
 from notabug.metrics.channels import largest, total
-from notabug.metrics.explain import LARGEST_GROWN, Explanation, fit
+from notabug.metrics.explain import Explanation, fit
 from notabug.metrics.likely import changed_by, refined
-from notabug.metrics.names import NOTHING, Name
+from notabug.metrics.names import Name
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import choices, nearer, nears
-from notabug.metrics.rules import LEAST_TOUCHED, support
+from notabug.metrics.rules import support
 from notabug.metrics.significance import significance
 from notabug.references.models.model import Model, excluded_by
 
 Floats = npt.NDArray[np.floating]
 
-CHOICE, FREE = 0.05, 1.1  # what a local fault's misfit is raised by, for it may choose at each pixel, in noise too
-NEARLY = 0.03  # a strength that leaves this is good enough
-SHORTER = 0.9  # of the bug leg that a further limitation may leave, or it is not one more
+CHOICE = POLICY.fitted.choice
+FREE = POLICY.fitted.free
+NEARLY = POLICY.fitted.nearly
+SHORTER = POLICY.fitted.shorter
+HOPE = POLICY.bug_leg.hope
+NOTHING = POLICY.names.nothing
+LARGEST_GROWN = POLICY.explain.largest_grown
+LEAST_TOUCHED = POLICY.rules.least_touched
 
 GONE = frozenset({"face_missing", "object_missing"})
 OR_BLACK = ", or drawn black, as where their normals point away from the light"
-BLACK = 0.01  # of the reference, below which a value is black
-ALL_BLACK = 0.9  # share of what a fault takes away that leaves black; the others are edges, which differ in part
+BLACK = POLICY.fitted.black
+ALL_BLACK = POLICY.fitted.all_black
 
 
 def fitted(bug: Bug, fault: Model) -> Iterator[Name]:

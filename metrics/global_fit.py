@@ -10,23 +10,14 @@ import numpy.typing as npt
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import largest, pixels, total
 from notabug.metrics.few_pixels import FewGain, few_gain
+from notabug.metrics.formulas import DEVIATION, joined
 from notabug.metrics.image_filters import Bools, blurred
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
 from notabug.references.tracer.precision import RELATIVE
 
 Floats = npt.NDArray[np.floating]
 Places = npt.NDArray[np.intp]
-
-GAIN = RELATIVE  # a gain within this of 1, plus some standard errors, is none
-ERRORS = 4.0  # standard errors: at three 1 in 400 gains of nothing but noise is one
-SHIFT = 0.2  # pixels; aliased edges fake up to 0.13
-WARP = 0.2  # pixels by which what is farthest from the middle moves against it; in clean pictures up to 0.14
-_BLUR = 1.0  # standard deviation: a warp moves the border by more pixels than a gradient reaches
-# (standard deviation of a blur, share of the change that a shift may leave): across a hard edge a picture is no line,
-# and a shift leaves most of what it has changed; with both pictures blurred it is one, and a shift must leave little.
-_LEAVES = ((0.0, 0.75), (0.7, 0.5))
-_MIN_PIXELS = 64
-_ENOUGH = 20_000  # pixels that fix a gain, a shift and a warp far better than their tolerances
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +46,12 @@ class GlobalFit:
         """Gain, shift and warp over what is allowed."""
         gains = ((self.gain, self.gain_error), *self.channels)
         return (
-            max(abs(gain - 1.0) / (GAIN + ERRORS * error) for gain, error in gains),
-            max(abs(each) / (SHIFT + 3.0 * error) for each, error in zip(self.shift, self.shift_error, strict=True)),
-            self.warp / (WARP + 3.0 * self.warp_error),
+            max(abs(gain - 1.0) / (RELATIVE + POLICY.global_fit.errors * error) for gain, error in gains),
+            max(
+                abs(each) / (POLICY.global_fit.shift + 3.0 * error)
+                for each, error in zip(self.shift, self.shift_error, strict=True)
+            ),
+            self.warp / (POLICY.global_fit.warp + 3.0 * self.warp_error),
         )
 
     @property
@@ -107,7 +101,7 @@ def untold_gain(found: GlobalFit) -> str:
 def _gains(measured: Measured, to: Admissible, excluded: Bools) -> list[FewGain]:
     """The gain and its standard error of all channels together, and of each alone."""
     smooth = ~to.edge & ~excluded
-    dark = 0.02 * max(float(to.value.max(initial=0.0)), 1e-30)
+    dark = POLICY.global_fit.lit * max(float(to.value.max(initial=0.0)), 1e-30)
     even, bright = (some(np.flatnonzero(each)) for each in (smooth, smooth & (largest(to.value) > dark)))
     allowed = pixels(to.tau, even).astype(np.float64) / np.maximum(pixels(to.value, even), 1e-30)
     x, y, tau, variance = (
@@ -119,7 +113,7 @@ def _gains(measured: Measured, to: Admissible, excluded: Bools) -> list[FewGain]
         # where the tolerance is wide, by fine texture say, a wider filter looks like a gain: x regresses to its mean
         most = 2.0 * float(np.median(allowed[:, of])) if even.size else 0.0
         good = some(np.flatnonzero((x[:, of] > dark) & (tau[:, of] <= most * x[:, of])))
-        if good.size < _MIN_PIXELS:
+        if good.size < POLICY.global_fit.min_pixels:
             found.append(few_gain(measured, to, excluded, of, dark))
             continue
         values, gained, noise = (each[:, of].ravel()[good] for each in (x, y, variance))
@@ -131,19 +125,19 @@ def _gain(x: Floats, y: Floats, variance: Floats, least: float, kappa: float) ->
     """The gain of ``y`` (n,) over ``x`` (n,), and its standard error; ``least`` is the least tolerance of all."""
     ratio = y / x
     gain = float(np.median(ratio))
-    spread = 1.4826 * float(np.median(np.abs(ratio - gain)))
+    spread = DEVIATION * float(np.median(np.abs(ratio - gain)))
     noise = np.sqrt(variance) / x
-    scale, square = np.maximum(np.maximum(spread, 1e-4), noise), x * x
-    for _ in range(5):
-        u = (ratio - gain) / (4.685 * scale)
+    scale, square = np.maximum(np.maximum(spread, POLICY.global_fit.least_gain_scatter), noise), x * x
+    for _ in range(POLICY.global_fit.gain_turns):
+        u = (ratio - gain) / (POLICY.regression.tukey * scale)
         weight = np.maximum(1.0 - u * u, 0.0) ** 2 * square
         total = float(weight.sum())
         if total <= 0:
             return gain, 0.0
         gain = float((weight * ratio).sum() / total)
     error = float(np.sqrt(((weight * scale) ** 2).sum()) / total) * np.sqrt(kappa)
-    error += least / float(np.median(x)) / ERRORS
-    agree = np.abs(ratio - gain) < 0.5 * max(abs(gain - 1.0), GAIN) + 3.0 * noise
+    error += least / float(np.median(x)) / POLICY.global_fit.errors
+    agree = np.abs(ratio - gain) < 0.5 * max(abs(gain - 1.0), RELATIVE) + 3.0 * noise
     if float(agree.mean()) < 0.5:  # not one gain: something else
         return 1.0, error
     return gain, error
@@ -151,18 +145,18 @@ def _gain(x: Floats, y: Floats, variance: Floats, least: float, kappa: float) ->
 
 def some(places: Places) -> Places:
     """Some _ENOUGH of ``places`` (n,), evenly spread."""
-    return places[:: max(1, places.size // _ENOUGH)]
+    return places[:: max(1, places.size // POLICY.global_fit.enough)]
 
 
 def _shift(
     measured: Measured, value: Floats, off: Floats, excluded: Bools
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     least = (0.0, 0.0)
-    for blur, leaves in _LEAVES:
+    for blur, leaves in POLICY.global_fit.leaves:
         change, at, terms = _moved(value, off, excluded, blur)
-        if at.size < _MIN_PIXELS:
+        if at.size < POLICY.global_fit.min_pixels:
             break
-        alike = max(1.0, 4.0 * np.pi * blur**2)  # pixels: neighbours are after the blur
+        alike = max(1.0, joined(blur))
         found = _huber(terms, change, _variance(measured, at) / alike)
         if found is None:
             break
@@ -181,15 +175,15 @@ def _warp(measured: Measured, value: Floats, off: Floats, excluded: Bools) -> tu
 
     Not how far the picture's corners would: of one line a blur makes a warp that is wild where there is nothing to see.
     """
-    change, at, moved = _moved(value, off, excluded, _BLUR)
-    if at.size < _MIN_PIXELS:
+    change, at, moved = _moved(value, off, excluded, POLICY.global_fit.blur)
+    if at.size < POLICY.global_fit.min_pixels:
         return 0.0, 0.0
     h, w = value.shape
     v, u = (2.0 * each / max(1, size - 1) - 1.0 for each, size in zip(np.divmod(at, w), (h, w), strict=True))
     dx, dy = moved[:, 0], moved[:, 1]
     # places (u, v) in -1 .. 1 move by (s + A (u, v)) pixels
     bent = np.concatenate([moved, np.stack([u * dx, v * dx, u * dy, v * dy], axis=1)], axis=1)
-    alike = 4.0 * np.pi * _BLUR**2  # pixels: neighbours are after the blur
+    alike = joined(POLICY.global_fit.blur)
     noise = _variance(measured, at) / alike
     plain, found = _huber(moved, change, noise), _huber(bent, change, noise)
     if plain is None or found is None:
@@ -198,9 +192,11 @@ def _warp(measured: Measured, value: Floats, off: Floats, excluded: Bools) -> tu
     u, v = u - u.mean(), v - v.mean()
     scatter = measured.kappa * alike * variances[3:].max()
     error = float(np.sqrt(scatter) * np.hypot(u, v).max())
-    if after > 0.75 * min(before, plain[3]):  # a warp explains the edges, and a shift does not, or it is no warp
+    # a warp explains the edges, and a shift does not, or it is no warp
+    if after > POLICY.global_fit.warp_leaves * min(before, plain[3]):
         return 0.0, error
-    return float(np.hypot(fit[3] * u + fit[4] * v, fit[5] * u + fit[6] * v).max()), error
+    across_u, across_v, down_u, down_v = fit[3:]
+    return float(np.hypot(across_u * u + across_v * v, down_u * u + down_v * v).max()), error
 
 
 def _moved(value: Floats, off: Floats, excluded: Bools, blur: float) -> tuple[Floats, Places, Floats]:
@@ -213,10 +209,10 @@ def _moved(value: Floats, off: Floats, excluded: Bools, blur: float) -> tuple[Fl
     wide = np.pad(value, 1, mode="edge")
     around = left, right, upper, lower = wide[1:-1, :-2], wide[1:-1, 2:], wide[:-2, 1:-1], wide[2:, 1:-1]
     dx, dy = 0.5 * (right - left), 0.5 * (lower - upper)
-    steep = np.abs(dx) + np.abs(dy) > 0.05 * float(value.max(initial=0.0))
+    steep = np.abs(dx) + np.abs(dy) > POLICY.global_fit.steep * float(value.max(initial=0.0))
     at = some(np.flatnonzero(steep & ~excluded))
     place = np.divmod(at, value.shape[1])
-    bend = sum(each[place] for each in around) - 4.0 * value[place]  # the Laplacian
+    bend = sum(each[place] for each in around) - len(around) * value[place]  # the Laplacian
     return off[place], at, np.stack([-dx[place], -dy[place], bend], axis=1)
 
 
@@ -234,7 +230,7 @@ def _huber(terms: Floats, off: Floats, noise: Floats) -> tuple[Floats, Floats, f
     a, b = terms.astype(np.float64), off.astype(np.float64)
     weight = np.ones_like(b)
     fit: Floats = np.zeros(a.shape[1])
-    for _ in range(6):
+    for _ in range(POLICY.global_fit.shift_turns):
         normal = a.T @ (a * weight[:, None])
         normal += 1e-12 * np.trace(normal) * np.eye(len(fit))
         try:
@@ -242,8 +238,8 @@ def _huber(terms: Floats, off: Floats, noise: Floats) -> tuple[Floats, Floats, f
         except np.linalg.LinAlgError:
             return None
         r = b - a @ fit
-        scale = max(1.4826 * float(np.median(np.abs(r))), 1e-6)
-        weight = np.minimum(1.0, 1.345 * scale / np.maximum(np.abs(r), 1e-12))
+        scale = max(DEVIATION * float(np.median(np.abs(r))), POLICY.global_fit.least_shift_scatter)
+        weight = np.minimum(1.0, POLICY.regression.huber * scale / np.maximum(np.abs(r), 1e-12))
     r = b - a @ fit
     inverse = np.linalg.inv(normal)
     alike = float((weight * r**2).sum() / max(weight.sum(), 1.0)) * inverse

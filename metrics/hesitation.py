@@ -17,13 +17,15 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import LSB, MISSED, Admissible, residual
+from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.channels import largest, pixels, spread
 from notabug.metrics.excused import excused
 from notabug.metrics.explain import Explanation
+from notabug.metrics.formulas import most_variance
 from notabug.metrics.global_fit import some
 from notabug.metrics.image_filters import widened
-from notabug.metrics.noise import TILE, Measured, tiles
+from notabug.metrics.noise import Measured, tiles
+from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import Predict
 from notabug.metrics.rules import support
 from notabug.references.models.model import Model
@@ -31,12 +33,6 @@ from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
-
-BLIND = 3.0  # standard errors of a tile's mean that must fit into the tolerance, or the picture is too noisy to judge
-UNTELLABLE = 0.25  # share of the lit pixels where no epsilon helps, beyond which acne is neither right nor wrong
-REGULAR = 16.0 / 15.0  # times the variance of 4 x 4 regular subsamples of an even slope is that of all places
-CHANCE = 1e-6  # of noise to go as far as a bound allows, anywhere in a picture
-BRANCHES = 3  # the surface, its mirror ray and its refracted ray: a renderer may follow one of them, and weigh it so
 
 
 def hesitation(
@@ -67,9 +63,9 @@ def hesitation(
 def _too_noisy(measured: Measured, found: Explanation) -> str:
     smooth = some(np.flatnonzero(~found.target.edge))
     variance, tau = (pixels(each, smooth) for each in (measured.variance, found.target.tau))
-    ratio = float(np.median(np.sqrt(measured.kappa * variance) / TILE / tau)) if smooth.size else 0.0
-    if not found.triggers and BLIND * ratio > 1.0:
-        factor = (BLIND * ratio) ** 2
+    ratio = float(np.median(np.sqrt(measured.kappa * variance) / POLICY.noise.tile / tau)) if smooth.size else 0.0
+    if not found.triggers and POLICY.hesitation.blind * ratio > 1.0:
+        factor = (POLICY.hesitation.blind * ratio) ** 2
         return f"too noisy: {factor:.1f} times as many samples would decide"
     return ""
 
@@ -81,12 +77,13 @@ def _beyond_telling(found: Explanation, open_to: Sequence[Model], predicted: Pre
     bare = predicted(())
     lit = largest(bare.value) > 0
     for each in open_to:
-        if each.name == "acne":
+        if each.shows == "dots":
             share = float((support(bare, predicted((each,))) & lit).sum()) / max(1.0, float(lit.sum()))
-            if share > UNTELLABLE:
+            if share > POLICY.hesitation.untellable:
                 return (
                     f"no picture can tell here: with a rounding of {declaration.hit_error:.1e} of the distance no"
-                    f" reasonable epsilon prevents acne on {share:.0%} of what is lit; bring camera or scene nearer"
+                    f" reasonable epsilon prevents {each.name} on {share:.0%} of what is lit; bring camera or scene"
+                    " nearer"
                 )
     return ""
 
@@ -96,7 +93,7 @@ def may_be_noise(
 ) -> bool:
     """Whether random samples of the scene could have made what is wrong with one picture: see the file's head."""
     least, most, variance = _one_sample(found, reference, scene)
-    margin = MISSED * (most - least) + found.target.tau
+    margin = POLICY.admissible.missed * (most - least) + found.target.tau
     wrong = found.significance.pixels
     outside = wrong & (largest(np.maximum(measured.mean - most, least - measured.mean) - margin) > 0)
     if np.count_nonzero(outside & ~excused(outside, measured.mean, found.target)):
@@ -106,10 +103,10 @@ def may_be_noise(
     # what a grid of subsamples may miss, which a pixel's tolerance holds, cancels over many pixels as noise does
     value = np.abs(found.target.value)
     quantum = declaration.quantum * (value if declaration.relative_quantum else 1.0)
-    tau = (RELATIVE * value + ABSOLUTE * float(value.max(initial=0.0)) + LSB * quantum) * smooth
+    tau = (RELATIVE * value + ABSOLUTE * float(value.max(initial=0.0)) + POLICY.admissible.lsb * quantum) * smooth
     shared = max(1.0, (2.0 * declaration.radius) ** 2)  # pixels that a sample counts for
-    variance = REGULAR * variance * smooth / max(1, declaration.samples)
-    square = ((1.0 + 2.0 * MISSED) * (most - least) * smooth) ** 2
+    variance = POLICY.hesitation.regular * variance * smooth / max(1, declaration.samples)
+    square = ((1.0 + 2.0 * POLICY.admissible.missed) * (most - least) * smooth) ** 2
     return _cancels(np.abs(_sums(off)), _sums(tau), _sums(variance) * shared, float(square.max()) ** 0.5 * shared) and (
         # a square of that mean is off its own by no more variance than the largest square times the mean
         _cancels(
@@ -131,7 +128,7 @@ def _cancels(off: Floats, mean: Floats, variance: Floats, largest: float) -> boo
     independent values of that ``variance``, each at most ``largest``, exceeds its mean by sqrt(2 v t) + c t, where c is
     a third of the largest value, with a chance of at most exp(-t).
     """
-    t = math.log(2.0 * off.size / CHANCE)
+    t = math.log(2.0 * off.size / POLICY.hesitation.chance)
     return bool((off <= mean + np.sqrt(2.0 * variance * t) + largest / 3.0 * t).all())
 
 
@@ -147,9 +144,11 @@ def _one_sample(found: Explanation, reference: Admissible, scene: Scene) -> tupl
     # a light with a size, too, is followed along one direction, and weighed by how likely that is
     bends = any(each.sends_on for each in scene.materials) or any(each.emitter is not None for each in scene.lights)
     if len(scene.lights) > 1 or bends:
-        most = max(1, len(scene.lights)) * (np.full_like(most, BRANCHES * float(most.max())) if bends else most)
+        most = max(1, len(scene.lights)) * (
+            np.full_like(most, POLICY.hesitation.branches * float(most.max())) if bends else most
+        )
         least = np.zeros_like(least)
-        variance = (most - least) ** 2 / 4.0  # Popoviciu 1935: no larger in a range of that width
+        variance = most_variance(most - least)
     return least, most, variance
 
 
@@ -160,12 +159,15 @@ def _looks_noisy(measured: Measured, found: Explanation) -> bool:
     smooth = ~widened(found.target.edge, 1)
     bright = smooth & (largest(found.target.value) > 0)
     wrong = r[found.significance.pixels & bright]
-    if bright.sum() < 256 or wrong.size < 0.05 * bright.sum():
+    if bright.sum() < POLICY.hesitation.enough_bright or wrong.size < POLICY.hesitation.least_wrong * bright.sum():
         return False
-    if not 0.05 < float((wrong > 0).mean()) < 0.95:  # all too dark, or all too bright: acne, or holes
+    # all too dark, or all too bright: acne, or holes
+    if not POLICY.hesitation.one_sided < float((wrong > 0).mean()) < 1.0 - POLICY.hesitation.one_sided:
         return False
     centred = np.where(bright, r - r[bright].mean(), 0.0)
     power = float((centred**2).sum()) / float(bright.sum())
     both = bright[:, 1:] & bright[:, :-1]
     lag = float((centred[:, 1:] * centred[:, :-1])[both].mean()) if both.any() else power
-    return lag < 0.3 * power and abs(float(r[bright].mean())) < 0.3 * float(np.sqrt(power))
+    return lag < POLICY.hesitation.most_alike * power and abs(
+        float(r[bright].mean())
+    ) < POLICY.hesitation.most_biased * float(np.sqrt(power))

@@ -7,15 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from notabug.metrics.policy import POLICY
 from notabug.metrics.verdict import Finding
-
-NEGATIVE = -1e-6  # rounding of a renderer's own sums; filters with negative lobes are declared
-LARGEST = 1e15  # as good as infinite: the square of what a tile sums up to, 256 of it, is near the largest float32
 
 
 def finite(values: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
     """Which ``values`` can be reckoned with: those that are no NaN, not infinite, and no larger than LARGEST."""
-    return np.asarray(np.abs(values) <= LARGEST, np.bool_)  # a NaN is not
+    return np.asarray(np.abs(values) <= POLICY.image_checks.largest, np.bool_)  # a NaN is not
 
 
 def invalid(pictures: Sequence[npt.NDArray[np.floating]], height: int, width: int) -> Finding | None:
@@ -46,8 +44,8 @@ def invalid(pictures: Sequence[npt.NDArray[np.floating]], height: int, width: in
                 z=float("inf"),
                 message=f"{count} of {h * w} pixels are NaN or infinite{_huge(picture[y, x])}, the first at ({x}, {y})",
             )
-        if picture.min() < NEGATIVE:
-            negative = picture.min(axis=2) < NEGATIVE
+        if picture.min() < POLICY.image_checks.negative:
+            negative = picture.min(axis=2) < POLICY.image_checks.negative
             return Finding(
                 "bug",
                 "negative",

@@ -17,12 +17,13 @@ from notabug.metrics.channels import pixels, put
 from notabug.metrics.explain import Explanation, beside_faults, explain, few_wrong
 from notabug.metrics.global_fit import untold_gain
 from notabug.metrics.hesitation import hesitation
-from notabug.metrics.image_checks import LARGEST, box, finite, invalid
+from notabug.metrics.image_checks import box, finite, invalid
 from notabug.metrics.image_filters import Bools, widened
 from notabug.metrics.leeway import leeway
 from notabug.metrics.names import UNNAMED, Name
 from notabug.metrics.naming import Others, name_bug, possible
 from notabug.metrics.noise import Measured, in_tiles, measure
+from notabug.metrics.policy import POLICY
 from notabug.metrics.predictions import Predictions
 from notabug.metrics.second_look import doubtful, shared_out
 from notabug.metrics.sets import admitted
@@ -36,8 +37,6 @@ from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
-
-REGIONS = 12  # boxes a finding lists at most
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,7 +139,7 @@ def _no_reference(scene: Scene, envelope: Envelope) -> NotabugError:
     return NotabugError(
         f"the reference is not finite in {int((~sound).sum())} pixels, so no picture can be held against it",
         where=f"{scene.id} {scene.variant}".rstrip() + f", pixel ({x}, {y})",
-        expected=f"values up to {LARGEST:g}",
+        expected=f"values up to {POLICY.image_checks.largest:g}",
         do="look there for faces without area, lights at a surface, or huge intensities and exponents; if the scene is"
         " sound, report it as a fault of notabug",
     )
@@ -207,7 +206,7 @@ def regions(mask: Bools) -> tuple[tuple[int, int, int, int], ...]:
             rows, columns = place
             size = int((labels[place] == number).sum())
             found.append((size, (columns.start, rows.start, columns.stop, rows.stop)))
-    return tuple(each for _, each in sorted(found, reverse=True)[:REGIONS])
+    return tuple(each for _, each in sorted(found, reverse=True)[: POLICY.judge.regions])
 
 
 def _numbers(measured: Measured, found: Explanation, reference: Admissible) -> dict[str, float]:
@@ -215,7 +214,7 @@ def _numbers(measured: Measured, found: Explanation, reference: Admissible) -> d
     square = np.square(measured.mean - value)
     return {
         "rmse": float(np.sqrt(square.mean())),
-        "rel_mse": float((square / (value**2 + 1e-2)).mean()),
+        "rel_mse": float((square / (value**2 + POLICY.judge.rel_mse)).mean()),
         "max": float(np.sqrt(square.max())),
         "gain": found.global_fit.gain,
         "shift_x": found.global_fit.shift[0],

@@ -13,13 +13,14 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import Preview
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
-SIDE = 64  # points, at the least, along each side of a square picture's lattice
+SIDE = POLICY.lattice.side
 
 
 @dataclass(frozen=True, slots=True)

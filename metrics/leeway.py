@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.channels import pixels, put
+from notabug.metrics.policy import POLICY
 from notabug.references.models.acne import width_of_view
 from notabug.references.models.model import Model, edit_materials
 from notabug.references.predict import predict, preview
@@ -29,16 +30,13 @@ from notabug.scenes_usd.scene import Light, Material, Scene
 
 Floats = npt.NDArray[np.floating]
 
-HALF = 0.5  # of a pixel's footprint: the largest reasonable epsilon
-FAR, STEP = 3.0, 0.5  # pixels: beyond FAR no shadow's edge is near enough to its tip to be one of its pixels
-SMALL = 1e-3  # of an epsilon, for a derivative
 _WHITE = Material("", (1.0, 1.0, 1.0))
 _CITES = "Haines 1989, in Glassner, An Introduction to Ray Tracing"
 
 
 def leeway(scene: Scene, exact: Envelope) -> Floats:
     """By how much (h, w, 3) the edges of shadows in ``scene``, whose reference is ``exact``, may be lit."""
-    length = HALF * width_of_view(scene) / scene.width
+    length = POLICY.leeway.half * width_of_view(scene) / scene.width
     passing = Model(
         name="epsilon",
         kind="limitation",
@@ -58,8 +56,8 @@ def _raised(scene: Scene, exact: Envelope, most: Floats, moved: Floats) -> Float
     moved = moved.reshape(-1, 2)
     far = np.hypot(moved[:, 0], moved[:, 1])
     along = moved / np.maximum(far, 1e-30)[:, None]
-    for way in np.arange(STEP, FAR + STEP / 2, STEP):
-        at = np.flatnonzero(far > way - STEP)  # the others have arrived
+    for way in np.arange(POLICY.leeway.step, POLICY.leeway.far + POLICY.leeway.step / 2, POLICY.leeway.step):
+        at = np.flatnonzero(far > way - POLICY.leeway.step)  # the others have arrived
         y, x = np.divmod(at, scene.width)
         part = np.minimum(way, far[at])[:, None] * along[at]
         shown = _between(exact, at, x + part[:, 0], y + part[:, 1])
@@ -92,10 +90,10 @@ def _moved(scene: Scene, light: Light, place: Floats, normal: Floats, depth: Flo
         to = np.asarray(light.position, np.float64) - place
         to = to / np.maximum(np.linalg.norm(to, axis=2), 1e-30)[..., None]
     cosine = (to * normal).sum(axis=2)
-    epsilon = HALF * 2.0 * scene.camera.tan_x / scene.width * scene.camera.spans(depth)
-    height = SMALL * epsilon / np.maximum(cosine, 1e-6)
+    epsilon = POLICY.leeway.half * 2.0 * scene.camera.tan_x / scene.width * scene.camera.spans(depth)
+    height = POLICY.leeway.small * epsilon / np.maximum(cosine, POLICY.leeway.least_cosine)
     shown, _ = projected(scene, place + height[..., None] * (cosine[..., None] * normal - to))
-    moved = (shown - projected(scene, place)[0]) / SMALL
+    moved = (shown - projected(scene, place)[0]) / POLICY.leeway.small
     good = (cosine > 0) & (depth > 0) & np.isfinite(moved).all(axis=2)
     return np.where(good[..., None], moved, 0.0)
 

@@ -16,8 +16,10 @@ import numpy.typing as npt
 from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import largest
 from notabug.metrics.explain import Explanation
+from notabug.metrics.formulas import DEVIATION
 from notabug.metrics.lattice import Lattice, lattice
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import Predict, Preview, choices
 from notabug.references.models.model import Model
 
@@ -25,20 +27,22 @@ Floats = npt.NDArray[np.floating]
 Quick = Callable[[tuple[Model, ...]], Floats]
 """Quick pictures of sets of models on a lattice, (rows, columns, 3)."""
 
-STEPS = (4, 1)  # pixels a block: a texture that has moved by more than a texel is found only where it is blurred
-LIKELY = 8  # faults that are fitted in full, where their quick pictures look alike
-ALIKE = 0.3  # correlation of the changes below which a fault is not tried
-LEAST_ALIKE, FEW = 0.1, 2  # and below which it is not even where fewer faults than FEW are more alike
-EQUAL = 0.9  # of the changes: two quick pictures that share so much are of one fault
-CLIP = 30.0  # tolerances: a larger change counts no more, or one highlight would decide
+STEPS = POLICY.likely.steps
+LIKELY = POLICY.likely.likely
+ALIKE = POLICY.likely.alike
+LEAST_ALIKE = POLICY.likely.least_alike
+FEW = POLICY.likely.few
+EQUAL = POLICY.likely.equal
+CLIP = POLICY.likely.clip
 
-WELL = 0.2  # of what is changed: a strength that leaves less fits, and no other one is looked at
-FARTHER = ((1.5, 2.0, 3.0, -1.0), (0.8, 1.25), (0.9, 1.1))  # times the strength's distance from neutral, in turn
-MUCH_LESS = 0.8  # of what the first strength leaves: another one must leave less
+WELL = POLICY.likely.well
+FARTHER = POLICY.likely.farther
+MUCH_LESS = POLICY.likely.much_less
 
-JOINT_STEPS = (8, 4, 2, 1)  # pixels a block, one after the other, on the way to the strengths along several axes
-JOINT_TURNS = 4  # steps at each of them, while they bring the picture nearer
-JOINT_LEAST, JOINT_MOST = 0.01, 20.0  # times the fault's own strength: what counts along an axis, and what is possible
+JOINT_STEPS = POLICY.likely.joint_steps
+JOINT_TURNS = POLICY.likely.joint_turns
+JOINT_LEAST = POLICY.likely.joint_least
+JOINT_MOST = POLICY.likely.most
 
 RARE = frozenset({"geometry_mirrored", "cracks"})
 """Faults that are told after others that look alike: a mirrored floor shows what a flipped texture shows, and cracks
@@ -64,7 +68,7 @@ def likely(
     steps = look.blocks(STEPS)
     # of edges only what is wrong counts: there quick pictures of the right scene differ from the mean as well
     at = look.of(~reference.edge | found.significance.pixels)[..., None]
-    at = at if at.sum() > 256 else np.ones_like(at)
+    at = at if at.sum() > POLICY.likely.enough else np.ones_like(at)
     scale = look.of(worth(measured, reference))
     # what the picture changes on the reference, and on the choices of a renderer that explain most of it
     starts: list[tuple[tuple[Model, ...], Floats]] = [((), look.of(measured.mean - reference.value))]
@@ -221,7 +225,7 @@ def _together(moves: Sequence[Floats], change: Floats, weight: Floats) -> Floats
 
 def _trust(off: Floats) -> Floats:
     """Huber's weights (n,) of deviations ``off`` (n,): 1.345 standard deviations, told by the median, count in full."""
-    return np.minimum(1.0, 1.345 * 1.4826 * float(np.median(off)) / np.maximum(off, 1e-12))
+    return np.minimum(1.0, POLICY.regression.huber * DEVIATION * float(np.median(off)) / np.maximum(off, 1e-12))
 
 
 def _jointly(
@@ -261,7 +265,7 @@ def _regression(columns: Floats, values: Floats) -> Floats:
     if len(values) < len(found):
         return found
     trust = np.ones_like(values)
-    for _ in range(4):
+    for _ in range(POLICY.likely.turns):
         root = np.sqrt(trust)
         found = np.linalg.lstsq(columns * root[:, None], values * root, rcond=None)[0]
         trust = _trust(np.abs(values - columns @ found))
@@ -295,7 +299,7 @@ def fitting_size(change: Floats, own: Floats, scale: Floats, step: int = 1) -> f
     if not b.size:
         return None
     trust, factor = np.ones_like(b), 1.0
-    for _ in range(4):
+    for _ in range(POLICY.likely.turns):
         factor = float((trust * a * b).sum() / (trust * b * b).sum())
         trust = _trust(np.abs(a - factor * b))
         if not trust.any():  # most of it fits to the last bit
@@ -319,14 +323,14 @@ def _sane(strength: float, fault: Model) -> float:
     """``strength`` to three digits of its distance from neutral, and within what a fault can be."""
     off = strength - fault.neutral
     if fault.neutral:
-        off = min(max(off, -0.9), 9.0)
-    size = 20 * abs(fault.strength - fault.neutral)
+        off = min(max(off, -POLICY.likely.least_factor), POLICY.likely.most_factor)
+    size = POLICY.likely.most * abs(fault.strength - fault.neutral)
     off = min(max(off, -size), size)
     if off == 0.0:
-        off = 0.01 * (fault.strength - fault.neutral)
+        off = POLICY.likely.first_step * (fault.strength - fault.neutral)
     return fault.neutral + float(f"{off:.3g}")
 
 
 def worth(measured: Measured, to: Admissible) -> Floats:
     """What a residual is worth (h, w, 3): a quarter of the tolerance, and the noise."""
-    return np.sqrt(np.asarray((to.tau / 4.0) ** 2 + measured.variance))
+    return np.sqrt(np.asarray((to.tau / POLICY.likely.worth) ** 2 + measured.variance))

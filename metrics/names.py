@@ -8,17 +8,7 @@ from dataclasses import dataclass, field
 
 from notabug.metrics.explain import Explanation
 from notabug.metrics.likely import RARE
-
-REMAINS = 0.15  # a name may leave this much of the bug leg: right ones leave .08, a gamma in the place of an albedo .18
-NOTHING = 0.02  # what a name leaves where two renderers see different surfaces at an edge
-EXACT = 0.01  # misfit, and share of it, that a cause in the whole picture may leave which no fault need be tried after
-ROUNDED = 0.01  # of EXACT: the misfit that rounding leaves of the right name; .002 in POV-Ray's and Mitsuba's pictures
-WORSE = 1.5  # a fault whose quick picture deviates so much more than that of one that leaves nothing is not fitted
-NOISE = 1.0  # misfit of a picture that a fault explains: .8 where all of it is Gaussian noise
-LADEN = 1.1  # by how much a number more must lower the misfit, and a limitation more where neither name leaves anything
-BETTER = (
-    0.97  # of two names the one tried first stays unless the other's misfit, or else preview_misfit, is smaller by this
-)
+from notabug.metrics.policy import POLICY
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,15 +57,15 @@ class Name:
     @property
     def fits(self) -> bool:
         """Whether it leaves nothing, and says what must be seen."""
-        return self.remains <= NOTHING and not self.anything
+        return self.remains <= POLICY.names.nothing and not self.anything
 
     def prune_bound(self, exact: float) -> float:
         """From which ``preview_misfit`` on no other fault need be fitted after this one."""
         if not self.fits:
             return math.inf
         if self.laden:  # another one that looks alike may need no limitation
-            return self.preview_misfit * WORSE + EXACT
-        return self.preview_misfit * (1.0 if self.is_exact(exact) else WORSE)
+            return self.preview_misfit * POLICY.names.worse + POLICY.names.exact
+        return self.preview_misfit * (1.0 if self.is_exact(exact) else POLICY.names.worse)
 
 
 UNNAMED = Name("unexplained", "no known coding error gives this picture", 1.0)
@@ -84,7 +74,7 @@ UNNAMED = Name("unexplained", "no known coding error gives this picture", 1.0)
 def best_of(best: Name | None, names: Iterable[Name], exact: float, *, noisy: bool) -> Name | None:
     """The best of ``names`` and the ``best`` so far; those after one that leaves ``exact``ly nothing are not tried."""
     for name in names:
-        if name.remains < REMAINS and (best is None or better(name, best, exact, noisy=noisy)):
+        if name.remains < POLICY.names.remains and (best is None or better(name, best, exact, noisy=noisy)):
             best = name
             if best.is_exact(exact):
                 break
@@ -99,28 +89,30 @@ def better(each: Name, best: Name, exact: float, *, noisy: bool) -> bool:
     """
     if each.anything != best.anything:  # what may show anything always fits: whatever else leaves nothing says more
         fixed = best if each.anything else each
-        return (fixed is each) == (fixed.remains <= NOTHING)
+        return (fixed is each) == (fixed.remains <= POLICY.names.nothing)
     if "pixel_shift" in (each.name, best.name) and bool(each.freedom) != bool(best.freedom):
         return each.name == "pixel_shift"  # two numbers for the whole picture excuse less than a choice at every pixel
     if noisy and bool(each.freedom) != bool(best.freedom):  # nor is there anything to choose where only noise is left
         fixed = best if each.freedom else each
-        if fixed.remains <= NOTHING and fixed.misfit < NOISE:
+        if fixed.remains <= POLICY.names.nothing and fixed.misfit < POLICY.names.noise:
             return fixed is each
     if each.freedom and best.freedom:
         return _excuses(each) < _excuses(best)
-    if max(each.remains, best.remains) <= NOTHING:
+    if max(each.remains, best.remains) <= POLICY.names.nothing:
         if each.burden != best.burden:
             # a misfit below EXACT leaves nothing to be explained: there the fewest limitations and axes decide
-            burden = LADEN ** (each.burden - best.burden)
-            return max(each.misfit, EXACT) * burden < BETTER * max(best.misfit, EXACT)
+            burden = POLICY.names.laden ** (each.burden - best.burden)
+            return max(each.misfit, POLICY.names.exact) * burden < POLICY.names.better * max(
+                best.misfit, POLICY.names.exact
+            )
         alike = exact if noisy else 0.0
-        share = 0.5 if max(each.misfit, best.misfit) < ROUNDED * exact else 1.0 - BETTER
+        share = 0.5 if max(each.misfit, best.misfit) < POLICY.names.rounded * exact else 1.0 - POLICY.names.better
         if abs(each.misfit - best.misfit) <= max(alike, share * best.misfit):
-            return each.preview_misfit < BETTER * best.preview_misfit
-    return each.misfit * LADEN ** (each.further - best.further) < BETTER * best.misfit
+            return each.preview_misfit < POLICY.names.better * best.preview_misfit
+    return each.misfit * POLICY.names.laden ** (each.further - best.further) < POLICY.names.better * best.misfit
 
 
 def _excuses(name: Name) -> tuple[float, float]:
     """What a name that may choose at each pixel leaves, and how much it could excuse; a rare one must leave less."""
-    rare = name.name in RARE and name.remains > NOTHING / 10
-    return max(name.remains, NOTHING) + (name.remains if rare else 0.0), name.freedom
+    rare = name.name in RARE and name.remains > POLICY.names.nothing / POLICY.names.rarely
+    return max(name.remains, POLICY.names.nothing) + (name.remains if rare else 0.0), name.freedom

@@ -16,22 +16,27 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.bug_leg import HOPE, Bug
+from notabug.metrics.bug_leg import Bug
 from notabug.metrics.explain import Explanation, fit
 from notabug.metrics.fitted import fitted, named, remains
 from notabug.metrics.lattice import lattice
 from notabug.metrics.likely import likely, worth
-from notabug.metrics.names import EXACT, NOTHING, REMAINS, UNNAMED, Name, best_of
+from notabug.metrics.names import UNNAMED, Name, best_of
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import Predict, Preview, guessed
 from notabug.metrics.whole_picture import beside_limitations, moved_rays, whole_picture
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
 
-SAME = 0.97  # correlation from which two pictures show the same scene
-OTHER = 0.7  # and below which they do not
-LEVEL = 1.5  # ratio of two misfits of quick pictures that are one level apart: within one, ranks decide
+SAME = POLICY.naming.same
+OTHER = POLICY.naming.other
+LEVEL = POLICY.naming.level
+HOPE = POLICY.bug_leg.hope
+EXACT = POLICY.names.exact
+NOTHING = POLICY.names.nothing
+REMAINS = POLICY.names.remains
 
 OF_RAYS = frozenset({"acne", "start", "epsilon", "shadow_rays", "retroreflection", "unreversed", "lost_reflection"})
 """Switches of faults that only a renderer can have that follows rays from one surface to the next."""

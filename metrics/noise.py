@@ -10,11 +10,10 @@ import numpy.typing as npt
 
 from notabug.metrics.channels import spread
 from notabug.metrics.image_filters import weighed
+from notabug.metrics.policy import POLICY
 
 Floats = npt.NDArray[np.floating]
-TILE = 16
-OUTLIER = 10.0  # ratio of variances
-FIVE = (0.2, 0.2, 0.2)  # the mean of five values: the middle one, and the weights of those beside it
+SIDE = 2 * POLICY.noise.reach + 1  # pixels, of the square over which variances are pooled
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +34,7 @@ class Measured:
         return self.seeds > 1
 
 
-def tiles(values: Floats, side: int = TILE) -> Floats:
+def tiles(values: Floats, side: int = POLICY.noise.tile) -> Floats:
     """Sums of ``values`` (h, w[, c]) over tiles of ``side`` x ``side``, ragged at the right and lower border."""
     for axis in (0, 1):
         strided = [values[(slice(None),) * axis + (slice(start, None, side),)] for start in range(side)]
@@ -47,12 +46,13 @@ def tiles(values: Floats, side: int = TILE) -> Floats:
 
 def in_tiles(which: npt.NDArray[np.bool_], height: int, width: int) -> npt.NDArray[np.bool_]:
     """The pixels (height, width) in the tiles ``which`` (th, tw)."""
-    return np.kron(which, np.ones((TILE, TILE), np.bool_))[:height, :width]
+    return np.kron(which, np.ones((POLICY.noise.tile, POLICY.noise.tile), np.bool_))[:height, :width]
 
 
 def pooled(values: Floats) -> Floats:
-    """The means of ``values`` (h, w, 3) over 5 x 5 pixels."""
-    return weighed(weighed(values, FIVE, 0), FIVE, 1)  # a running sum would carry a firefly's rounding along its row
+    """The means of ``values`` (h, w, 3) over the square around each pixel."""
+    even = (1.0 / SIDE,) * (POLICY.noise.reach + 1)  # the weights of the middle and of those on either side
+    return weighed(weighed(values, even, 0), even, 1)  # a running sum would carry a firefly's rounding along its row
 
 
 def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_], samples: int = 0) -> Measured:
@@ -74,13 +74,13 @@ def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_], samples: in
     own = np.square(off, out=off).sum(axis=0) / (seeds * (seeds - 1))
     around = pooled(own)
     # a value that is far noisier than its 24 neighbours, a firefly, is as noisy as it is: F(K - 1, 24 (K - 1)) beyond
-    # OUTLIER has a chance of 1e-5 at four seeds
-    others = (25.0 * around - own) / 24.0
-    variance = np.where(spread(edge) | (own > OUTLIER * others), np.maximum(around, own), around)
+    # ``outlier`` has a chance of 1e-5 at four seeds
+    others = (SIDE**2 * around - own) / (SIDE**2 - 1)
+    variance = np.where(spread(edge) | (own > POLICY.noise.outlier * others), np.maximum(around, own), around)
     count = tiles(np.ones(mean.shape[:2]))[..., None]
     between = np.stack([tiles(each) for each in stack]).var(axis=0, ddof=1) / seeds / count**2
     within = tiles(own) / count**2
     kappa = max(1.0, float(between.sum() / within.sum())) if within.sum() > 0 else 1.0
-    freedom = 12.5 * (seeds - 1) / max(1.0, kappa / 2.0)
+    freedom = 0.5 * SIDE**2 * (seeds - 1) / max(1.0, kappa / 2.0)
     singles = np.asarray(pictures, np.float32) if samples == 1 else None  # the stack holds deviations by now
     return Measured(mean, np.maximum(variance, 0.0), freedom, kappa, seeds, own, singles)

@@ -5,13 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from notabug.metrics.image_checks import LARGEST
+from notabug.metrics.policy import POLICY
 
 Floats = npt.NDArray[np.floating]
-
-WHITE = 100.0  # cd/m^2 shown for the value 1.0
-PIXELS_PER_DEGREE = 67.0  # FLIP's default: 0.7 m from a 0.7 m wide display of 3840 pixels
-REACH = 10  # pixels that FLIP's filters reach at this density: three standard deviations of the widest
 
 
 def _to_xyz(*chromaticities: tuple[float, float]) -> npt.NDArray[np.float64]:
@@ -47,11 +43,11 @@ def flip(reference: Floats, test: Floats) -> Floats:
     if not different.any():
         return error
     part = tuple(
-        slice(max(0, places[0] - 2 * REACH), places[-1] + 2 * REACH + 1)
+        slice(max(0, places[0] - 2 * POLICY.perceive.reach), places[-1] + 2 * POLICY.perceive.reach + 1)
         for places in (np.flatnonzero(different.any(axis=axis)) for axis in (1, 0))
     )
     cut = [np.ascontiguousarray(each[part]) for each in pair]
-    found, _, _ = flip_evaluator.evaluate(*cut, "LDR", False, False, False, {"ppd": PIXELS_PER_DEGREE})
+    found, _, _ = flip_evaluator.evaluate(*cut, "LDR", False, False, False, {"ppd": POLICY.perceive.pixels_per_degree})
     error[part] = np.asarray(found, np.float64).reshape(cut[0].shape[:2])
     return error
 
@@ -64,7 +60,9 @@ def delta_itp(reference: Floats, test: Floats) -> Floats:
 
 def ictcp(colours: Floats) -> npt.NDArray[np.float64]:
     """ICtCp (n, 3) of linear Rec. 709 colours (n, 3), by the perceptual quantiser of SMPTE ST 2084; ITU-R BT.2100."""
-    wide = np.clip(np.asarray(colours, np.float64) @ _TO_2020.T, 0.0, LARGEST) * WHITE  # of inf / inf nothing is known
+    # of inf / inf nothing is known
+    linear = np.clip(np.asarray(colours, np.float64) @ _TO_2020.T, 0.0, POLICY.image_checks.largest)
+    wide = linear * POLICY.perceive.white
     power = (wide @ _TO_LMS.T / _PEAK) ** _M1
     return np.asarray(((_C1 + _C2 * power) / (1.0 + _C3 * power)) ** _M2 @ _TO_ICTCP.T)
 

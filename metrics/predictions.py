@@ -19,10 +19,11 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import BESIDE, Admissible, admissible, reckonable
+from notabug.metrics.admissible import Admissible, admissible, reckonable
 from notabug.metrics.channels import pixels, put
 from notabug.metrics.image_checks import finite
 from notabug.metrics.image_filters import Bools, widened
+from notabug.metrics.policy import POLICY
 from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model
 from notabug.references.predict import Near, predict_near, preview, preview_at
@@ -124,7 +125,7 @@ class Predictions:
         if not at.size:
             return found
         lo, hi = pixels(found.lo, at), pixels(found.hi, at)
-        for right, down in product((-BESIDE, 0.0, BESIDE), repeat=2):
+        for right, down in product((-POLICY.admissible.beside, 0.0, POLICY.admissible.beside), repeat=2):
             beside = pixel_shift(self._scene.width, self._scene.height, right, down)
             shown = preview_at(self._scene, (*chosen, beside), at)
             if np.isfinite(shown).all():

@@ -15,6 +15,7 @@ from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import largest, pixels
 from notabug.metrics.image_filters import widened
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
 from notabug.references.models.model import Model
 
 if TYPE_CHECKING:
@@ -25,13 +26,13 @@ Places = npt.NDArray[np.intp]
 Predict = Callable[[tuple[Model, ...]], Admissible]
 """What a set of models admits, for one scene and one renderer's declaration."""
 
-LEAST_TOLD = 0.5  # share of the wrong pixels that lie off edges, below which quick pictures tell nothing
-TOLD_BY = 2048  # pixels, evenly spread, that tell of larger sets: the error of a sum over them is 2 %
-NEARER = 0.95  # of what the best set leaves: a larger set whose quick picture leaves more is not predicted
-FARTHER = 2.0  # nor one whose quick picture makes so much more wrong than it was, in all the picture
-ACTS = 0.25  # tolerances by which a pixel's centre moves where a model that is no choice may act: it does beyond one
-SURELY = 2.0  # tolerances by which a pixel's centre moves where its mean surely does by one
-AROUND = 4  # pixels: a filter's radius and what falls between the centres of pixels
+LEAST_TOLD = POLICY.quick.least_told
+TOLD_BY = POLICY.quick.told_by
+NEARER = POLICY.quick.nearer
+FARTHER = POLICY.quick.farther
+ACTS = POLICY.quick.acts
+SURELY = POLICY.quick.surely
+AROUND = POLICY.quick.around
 
 
 class Preview(Protocol):

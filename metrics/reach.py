@@ -16,22 +16,13 @@ from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.channels import largest, pixels
 from notabug.metrics.image_filters import extreme, widened
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import Predict, Preview, choices
 from notabug.metrics.significance import Significance
 from notabug.references.models.model import Model, excluded_by
 
 Floats = npt.NDArray[np.floating]
 Places = npt.NDArray[np.intp]
-
-TOGETHER = 6  # models whose changes are added up: as many as a set may grow to
-BEYOND = 3.0  # times that sum: what two limitations do together may be more than what each does alone
-MOST_FACTORS = 4  # choices, those that make the most of a pixel, on top of which all others are looked at
-ROOM = 1.5  # and of a set whose own quick picture is looked at as well
-NOISE = 4.0  # standard errors that a pixel may be off by chance
-LEAST_SHARE = 0.05  # of the wrong pixels that must be out of reach
-LEAST_PIXELS = 16  # and their number: fewer may be edges that no quick picture shows
-FEWEST = 2  # where what each model admits is predicted
-TOLD_BY = 512  # pixels, evenly spread, that tell of all
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +46,7 @@ class Reach:
         """What the models ``chosen`` leave of the picture's deviation at the least, each having been looked at."""
         alone = np.asarray(sum((self.moves[model] for model in chosen), np.zeros_like(self.off)))
         beside = (preview(choices(chosen), self.at) - preview((), self.at)) * self.towards
-        left = np.maximum(self.off - ROOM * np.maximum(alone, beside), 0.0)
+        left = np.maximum(self.off - POLICY.reach.room * np.maximum(alone, beside), 0.0)
         return float(largest(left).sum()) * self.each
 
     def beyond_all(self) -> bool:
@@ -64,8 +55,8 @@ class Reach:
         for model, moved in self.moves.items():
             feature = model.when[0] if model.when else model.name
             features[feature] = np.maximum(features.get(feature, 0.0), moved)
-        moved = np.sort(np.array(list(features.values())), axis=0)[-TOGETHER:].sum(axis=0)
-        return bool(np.count_nonzero(largest(self.off - BEYOND * moved) > 0) * self.each >= self.least)
+        moved = np.sort(np.array(list(features.values())), axis=0)[-POLICY.explain.largest_grown :].sum(axis=0)
+        return bool(np.count_nonzero(largest(self.off - POLICY.reach.beyond * moved) > 0) * self.each >= self.least)
 
 
 def reach(
@@ -87,13 +78,18 @@ def reach(
     reference = predict(())
     at = np.flatnonzero(bare.pixels if fully else bare.pixels & ~widened(reference.edge, 1))
     counted = at.size
-    least = float(max(FEWEST if fully else LEAST_PIXELS, LEAST_SHARE * np.count_nonzero(bare.pixels)))
+    least = float(
+        max(
+            POLICY.reach.fewest if fully else POLICY.reach.least_pixels,
+            POLICY.reach.least_share * np.count_nonzero(bare.pixels),
+        )
+    )
     if counted < least:
         return None
-    at = at[:: max(1, counted // TOLD_BY)]
+    at = at[:: max(1, counted // POLICY.reach.told_by)]
     away = pixels(residual(measured.mean, reference), at)
     towards = np.sign(away)
-    off = np.abs(away) - pixels(reference.tau, at) - NOISE * np.sqrt(pixels(measured.variance, at))
+    off = np.abs(away) - pixels(reference.tau, at) - POLICY.reach.noise * np.sqrt(pixels(measured.variance, at))
     if not fully:  # what the centre of a pixel does not show, those of its neighbours do
         off -= pixels(extreme(reference.value, np.maximum) - extreme(reference.value, np.minimum), at)
     start = preview((), at)
@@ -124,7 +120,7 @@ def _factors(models: Sequence[Model], start: Floats, at: Places, preview: Previe
     """
     growth = [(float(np.max(preview((model,), at) - 2.0 * start)), model) for model in choices(models)]
     growth.sort(key=lambda grown: -grown[0])
-    return [(model,) for most, model in growth[:MOST_FACTORS] if most > 0]
+    return [(model,) for most, model in growth[: POLICY.reach.most_factors] if most > 0]
 
 
 def _reach(model: Model, bases: Sequence[tuple[Model, ...]], at: Places, towards: Floats, preview: Preview) -> Floats:

@@ -1,47 +1,28 @@
 """Step 6 of docs/judge.md, what explains it: what the rule of a model admits.
 
-``partial`` admits a segment, ``set`` a mixture, ``hull`` anything between, ``any`` anything at all.
-
-Each rule fits its admissible set to the picture, and says nothing where its structural test fails: a mixture has chance
-in it, dots differ from those around them, what surfaces fight over shows on enough of what they share.
+``partial`` admits a segment, ``set`` a mixture, ``hull`` anything between, ``any`` anything at all. A rule fits its
+admissible set to a picture; structure.py says what the picture must show besides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from notabug.metrics.admissible import MISSED, Admissible, residual
+from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.channels import largest, pixels, put, total
 from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
+from notabug.metrics.policy import POLICY
+from notabug.metrics.quick import Predict
 from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
 Explained = tuple[Admissible, Floats, Bools, float]
 """An admissible set, the share alpha (h, w) of a model in it, its support (h, w), and its freedom."""
-
-MEAN_ALPHA = 0.25  # a partial limitation that fits its pixels by less than this on average is not that limitation
-# The same of surfaces that coincide, where that share of what is off lies on the straight way to the other surface: by
-# the order of its triangles Mitsuba shows another one than the nearest in a tenth of a pixel's samples.
-MEAN_FOUGHT, MOST_BETWEEN = 0.05, 0.9
-LEAST_MIXED, MOST_MIXED = 0.0003, 0.97  # mean share of the other values in a mixture
-# Beside a point's texel a surface is nearer to the light as often as it is farther, so a shadow map that holds it
-# against itself darkens no more than half. Stripes are some pixels wide and long: means over n pixels scatter as if
-# there were n / 64.
-MOST_STRIPED = 0.5
-STRIPED_SCATTER = 8.0  # over the root of the number of pixels: two standard deviations of such a mean
-LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
-# Nor is one that scatters dots: without an epsilon chance decides at each hit, so half of all samples are wrong.
-LEAST_DOTTED = 0.3
-LEAST_FOUGHT = 0.02  # of what surfaces share to the last bits: renderers show another one at a sixth of it or more
-NOISE = 3.0  # standard errors beyond which a pixel is off
-LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
-ALONE = 0.06  # of the 5 x 5 pixels around a dot: less than two of them
-MOST_ALIKE, WIDENED = 0.3, 0.15  # correlation of neighbours' differences; a blot's is above .5, a Gaussian filter's .37
 
 
 def support(bare: Admissible, other: Admissible) -> Bools:
@@ -49,6 +30,38 @@ def support(bare: Admissible, other: Admissible) -> Bools:
     off = np.abs(other.value - bare.value)
     off -= np.maximum(bare.tau, other.tau)
     return np.asarray(largest(off) > 0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """A ``model`` that is no choice, fitted to a picture on top of what others admit, ``base``.
+
+    ``chosen`` are the choices beside it, and ``hulls`` what moves every surface that is seen.
+    """
+
+    measured: Measured
+    base: Admissible
+    model: Model
+    chosen: tuple[Model, ...]
+    hulls: tuple[Model, ...]
+    predict: Predict
+
+    def shown(self, chosen: tuple[Model, ...]) -> Admissible:
+        """What ``chosen`` admit, and all that is as near to it as hulls reach: they move whatever surface is seen."""
+        admitted = self.predict(chosen)
+        for hull in self.hulls:
+            values = [self.predict((*chosen, value)) for value in hull.values()]
+            admitted, *_ = _hull(self.measured, admitted, *values)
+        return admitted
+
+    def values(self) -> tuple[Admissible, ...]:
+        """What each value of the model admits."""
+        return tuple(self.shown((*self.chosen, value)) for value in self.model.values())
+
+    def off(self, within: Bools) -> Bools:
+        """Where, ``within`` (h, w), the picture is off by more than the tolerance and its noise."""
+        noise = POLICY.rules.noise * np.sqrt(self.measured.variance)
+        return within & (largest(np.abs(self.measured.mean - self.base.value) - self.base.tau - noise) > 0)
 
 
 def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Explained:
@@ -59,12 +72,14 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Expla
     at = np.flatnonzero((limited.value != base.value).any(axis=2))
     start, v, off = (pixels(each, at) for each in (base.value, limited.value, measured.mean))
     v, off = v - start, off - start
-    share = _share(off, v)
+    share = share_of(off, v)
     # noise and what an edge admits would count as pixels of which the model explains nothing
-    beyond = pixels(np.abs(residual(measured.mean, base)) - base.tau - NOISE * np.sqrt(measured.variance), at)
+    beyond = pixels(
+        np.abs(residual(measured.mean, base)) - base.tau - POLICY.rules.noise * np.sqrt(measured.variance), at
+    )
     significant = (largest(beyond) > 0) & within.ravel()[at]
-    if significant.any() and float(share[significant].mean()) < MEAN_ALPHA:
-        return _nothing(base)
+    if significant.any() and float(share[significant].mean()) < POLICY.rules.mean_alpha:
+        return nothing(base)
     value = put(base.value, at, start + share[:, None] * v)
     edge = base.edge | limited.edge
     ends = np.flatnonzero(edge)
@@ -83,12 +98,12 @@ def _segment(measured: Measured, base: Admissible, limited: Admissible) -> Expla
     return target, np.where(within, area, 0.0), within, float(length.sum() / within.size)
 
 
-def _share(off: Floats, v: Floats) -> Floats:
+def share_of(off: Floats, v: Floats) -> Floats:
     """How far (n,) along ``v`` (n, 3) the deviations ``off`` (n, 3) lie, 0 .. 1."""
     return np.asarray(np.clip(total(off * v) / np.maximum(total(v * v), 1e-30), 0.0, 1.0))
 
 
-def _nothing(base: Admissible) -> Explained:
+def nothing(base: Admissible) -> Explained:
     """What a model explains that does not fit."""
     return base, np.zeros(base.edge.shape), np.zeros(base.edge.shape, np.bool_), 0.0
 
@@ -145,7 +160,7 @@ def _taken(singles: Floats, values: Sequence[Admissible]) -> tuple[Floats, Float
         for value in values:
             assert value.sampled is not None
             low, high, _ = value.sampled
-            missed = MISSED * (high - low)
+            missed = POLICY.admissible.missed * (high - low)
             inside = np.clip(each, low - missed, high + missed)
             distance = largest(np.abs(each - inside))
             nearest = np.where((distance < least)[..., None], inside, nearest)
@@ -166,134 +181,13 @@ def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Expl
     return replace(base, value=value, lo=lo, hi=hi), alpha, within, length
 
 
-def mixed_only(
-    explained: Callable[..., Explained], least: float, measured: Measured, base: Admissible, *values: Admissible
-) -> Explained:
-    """What ``explained`` admits, if it is a mixture: one value nearly everywhere is a choice, not chance.
-
-    Where it deviates it must do so by a mean share of ``least`` or more.
-    """
-    found = explained(measured, base, *values)
-    _, alpha, within, _ = found
-    off = _off(measured, base, within)
-    mixed = not within.any() or LEAST_MIXED <= float(alpha[within].mean()) <= MOST_MIXED
-    if not mixed or (off.any() and float(alpha[off].mean()) < least):
-        return _nothing(base)
-    return found
-
-
-def striped(
-    explained: Callable[..., Explained], measured: Measured, base: Admissible, *values: Admissible
-) -> Explained:
-    """What ``explained`` admits, if it is stripes: about half of what they may act on lies between them."""
-    found = explained(measured, base, *values)
-    _, alpha, within, _ = found
-    most = MOST_STRIPED + STRIPED_SCATTER / float(np.sqrt(max(1.0, float(within.sum()))))
-    return _nothing(base) if within.any() and float(alpha[within].mean()) > most else found
-
-
-def fought(
-    explained: Callable[..., Explained],
-    first: Admissible,
-    another: Admissible,
-    measured: Measured,
-    base: Admissible,
-    *values: Admissible,
-) -> Explained:
-    """What ``explained`` admits, if it touches enough of what surfaces share to the last bits.
-
-    There one sees the ``first`` or ``another``; what lies on the straight way between them may be rare in each pixel.
-    """
-    surely = support(first, another)
-    off = _off(measured, base, surely)
-    if surely.any() and np.count_nonzero(off) < LEAST_FOUGHT * np.count_nonzero(surely):
-        return _nothing(base)
-    between = _between(measured, base, (another, first), off) > MOST_BETWEEN
-    return mixed_only(explained, MEAN_FOUGHT if between else MEAN_ALPHA, measured, base, *values)
-
-
-def _off(measured: Measured, base: Admissible, within: Bools) -> Bools:
-    """Where, ``within`` (h, w), a picture is off by more than the tolerance and its noise."""
-    beyond = np.abs(measured.mean - base.value) - base.tau - NOISE * np.sqrt(measured.variance)
-    return within & (largest(beyond) > 0)
-
-
-def _between(measured: Measured, base: Admissible, values: Sequence[Admissible], off: Bools) -> float:
-    """The share of the pixels ``off`` (h, w) that lie on the straight way from ``base`` to one of ``values``."""
-    at = np.flatnonzero(off)
-    if not at.size:
-        return 0.0
-    start, slack = pixels(base.value, at), pixels(base.tau, at) + NOISE * np.sqrt(pixels(measured.variance, at))
-    away = pixels(measured.mean, at) - start
-    found = np.zeros(at.size, np.bool_)
-    for each in values:
-        v = pixels(each.value, at) - start
-        found |= largest(np.abs(away - _share(away, v)[:, None] * v) - slack) <= 0
-    return float(found.mean())
-
-
-def grained(
-    explained: Callable[..., Explained], shares: bool, measured: Measured, base: Admissible, *values: Admissible
-) -> Explained:
-    """What ``explained`` admits, if it is dots: shares alpha that differ from those around them, each by itself.
-
-    A half-dark band, a black blot and another light are no acne. In a mean over many samples dots are small deviations,
-    but still deviations; in blots neighbours deviate alike, and under another light half of all pixels do as those
-    around them. Where alpha holds no ``shares``, only 0 and 1, the relative deviation is the share.
-    """
-    from scipy import ndimage
-
-    found = explained(measured, base, *values)
-    _, alpha, within, _ = found
-    if not shares:
-        bright = np.maximum(largest(np.abs(base.value)), largest(base.tau))
-        alpha = np.where(within, np.minimum(largest(np.abs(measured.mean - base.value)) / bright, 1.0), 0.0)
-    count = np.maximum(ndimage.uniform_filter(within.astype(np.float64), 5, mode="constant"), 1e-9)
-    around = ndimage.uniform_filter(alpha * within, 5, mode="constant") / count
-    around[count < ALONE] = 0.0  # a dot by itself differs from what is around it by all of its share
-    off = np.where(within, alpha - around, 0.0)
-    power = float((off**2).sum())
-    dots = np.abs(off[_off(measured, base, within)])
-    rough = not dots.size or float(np.median(dots)) > LEAST_GRAIN
-    if not rough or power <= LEAST_GRAIN**2 * float((within & (alpha > 0)).sum()):
-        return _nothing(base)
-    alike = 0.5 * float((off[:, 1:] * off[:, :-1]).sum() + (off[1:] * off[:-1]).sum())
-    if alike > (MOST_ALIKE + (WIDENED if base.widened else 0.0)) * power:
-        return _nothing(base)
-    return found
-
-
-def widespread(
-    explained: Callable[..., Explained], least: float, measured: Measured, base: Admissible, *values: Admissible
-) -> Explained:
-    """What ``explained`` admits, if it touches ``least`` of its support or more: few wrong pixels are no wrong rule."""
-    found = explained(measured, base, *values)
-    _, _, within, _ = found
-    if within.any() and float(_off(measured, base, within).sum()) < least * float(within.sum()):
-        return _nothing(base)
-    return found
-
-
 def _hull(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
     """The admissible set of anything between the least and the most of ``base`` and ``values``: as in ``_segment``."""
     target, alpha, within, length = _mixture(measured, replace(base, share_is_point=False), *values)
     return replace(target, share_is_point=base.share_is_point), alpha, within, length
 
 
-def stretched(
-    measured: Measured,
-    predict: Callable[[tuple[Model, ...]], Admissible],
-    chosen: tuple[Model, ...],
-    hulls: Sequence[Model],
-) -> Admissible:
-    """What ``chosen`` admit, and all that is as near to it as ``hulls`` reach: they move whatever surface is seen."""
-    shown = predict(chosen)
-    for each in hulls:
-        shown, *_ = _hull(measured, shown, *(predict((*chosen, value)) for value in each.values()))
-    return shown
-
-
-RULES: dict[str, Callable[..., Explained]] = {
+RULES: Mapping[str, Callable[..., Explained]] = {
     "set": _mixture,
     "partial": _segment,
     "hull": _hull,

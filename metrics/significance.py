@@ -12,18 +12,10 @@ from notabug.metrics.admissible import Admissible
 from notabug.metrics.channels import largest, spread
 from notabug.metrics.excused import crowded, excused
 from notabug.metrics.image_filters import Bools
-from notabug.metrics.noise import TILE, Measured, tiles
+from notabug.metrics.noise import Measured, tiles
+from notabug.metrics.policy import POLICY
 
 Floats = npt.NDArray[np.floating]
-
-RATE = 0.01  # false discovery rate of Benjamini and Hochberg 1995
-FALSE = 2  # pixels that the false discovery rate may let through where all is right: at RATE 1 picture in 100 has one
-CERTAIN = 1e-6  # the chance, times all pixels, below which a pixel is no false discovery
-FLOOR = 0.02  # of the tolerance: a standard error below it is chance, where few seeds agree exactly
-SMALL = 4  # pixels, the side of a small tile
-FEWEST = {TILE: TILE, SMALL: SMALL * SMALL // 2}  # pixels of a tile, or it tells nothing
-OUTWARD = 0.4  # standard errors: the mean of the positive part of normal noise
-CHANNELS = 6  # two-sided tests of three channels
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,7 +45,7 @@ class Significance:
         return tuple(found)
 
 
-def discoveries(p: Floats, rate: float = RATE) -> Bools:
+def discoveries(p: Floats, rate: float = POLICY.significance.rate) -> Bools:
     """Which of the p-values are discoveries at the false discovery rate ``rate``; the shape of ``p``."""
     low = np.sort(p[p <= rate])
     under = np.flatnonzero(low <= rate * np.arange(1, low.size + 1) / p.size)
@@ -73,7 +65,7 @@ def significance(residual: Floats, measured: Measured, to: Admissible) -> Signif
         right = np.zeros_like(pixels)
         tile, faint = np.zeros(1, np.bool_), 0.0
     else:
-        error = np.maximum(np.sqrt(measured.variance), FLOOR * to.tau)
+        error = np.maximum(np.sqrt(measured.variance), POLICY.significance.floor * to.tau)
         z = np.maximum(largest(beyond / error), 0.0)
         chance = _chance(z, measured.freedom)
         pixels = discoveries(chance)
@@ -89,8 +81,8 @@ def significance(residual: Floats, measured: Measured, to: Admissible) -> Signif
 
 def _false(pixels: Bools, chance: Floats) -> Bools:
     """Those of the significant ``pixels`` (h, w) that may be false discoveries: few, apart, and none is certain."""
-    found = pixels & (chance * chance.size > CERTAIN) & ~crowded(pixels)
-    return found if np.count_nonzero(found) <= FALSE else np.zeros_like(found)
+    found = pixels & (chance * chance.size > POLICY.significance.certain) & ~crowded(pixels)
+    return found if np.count_nonzero(found) <= POLICY.significance.false else np.zeros_like(found)
 
 
 def _tiles(residual: Floats, measured: Measured, to: Admissible, pixels: Bools) -> tuple[Bools, float]:
@@ -102,15 +94,17 @@ def _tiles(residual: Floats, measured: Measured, to: Admissible, pixels: Bools) 
     (h, w) are left out there, a few of which are excused.
     """
     found, faint = np.zeros(1, np.bool_), 0.0
-    outward = OUTWARD * np.sqrt(measured.variance)
+    outward = POLICY.significance.outward * np.sqrt(measured.variance)
     for part, allowed in ((~to.edge, to.tau), (to.edge & ~pixels, to.tau + outward)):
         of = spread(part)
         summed = (part.astype(float), of * residual, of * allowed, of * measured.variance)
-        small = [tiles(each, SMALL) for each in summed]
-        for side, sums in ((SMALL, small), (TILE, [tiles(each, TILE // SMALL) for each in small])):
+        side_small, side_large = POLICY.significance.small, POLICY.noise.tile
+        small = [tiles(each, side_small) for each in summed]
+        large = [tiles(each, side_large // side_small) for each in small]
+        for side, sums in ((side_small, small), (side_large, large)):
             wrong, excess = _faint(sums, measured, side)
-            if side == SMALL:
-                wrong = tiles(wrong.astype(int), TILE // SMALL) > 0
+            if side == POLICY.significance.small:
+                wrong = tiles(wrong.astype(int), POLICY.noise.tile // POLICY.significance.small) > 0
             found, faint = found | wrong, faint + excess
     return found, faint
 
@@ -126,18 +120,19 @@ def _faint(sums: Sequence[Floats], measured: Measured, side: int) -> tuple[Bools
     mean, tau = np.abs(residual) / count, allowed / count
     error = np.sqrt(measured.kappa * variance) / count
     beyond = np.maximum(mean - tau, 0.0)
-    z = largest(beyond / np.maximum(error, FLOOR * np.maximum(tau, 1e-30)))
+    z = largest(beyond / np.maximum(error, POLICY.significance.floor * np.maximum(tau, 1e-30)))
     # large tiles give kappa, were the channels' noise the same; a small one has no more than its pixels have
-    freedom = pixels.size * (measured.seeds - 1) if side == TILE else measured.freedom
-    wrong = discoveries(np.where(pixels >= FEWEST[side], _chance(z, freedom), 1.0))
+    freedom = pixels.size * (measured.seeds - 1) if side == POLICY.noise.tile else measured.freedom
+    fewest = POLICY.significance.fewest if side == POLICY.noise.tile else side * side // 2  # or a tile tells nothing
+    wrong = discoveries(np.where(pixels >= fewest, _chance(z, freedom), 1.0))
     return wrong, float(largest(beyond * count)[wrong].sum())
 
 
 def _chance(z: Floats, freedom: float) -> Floats:
-    """The chance of ``z``, the largest of three channels, under no more than noise; where it is zero, 1."""
+    """The chance of ``z``, the largest of three channels two-sided, under no more than noise; where it is zero, 1."""
     from scipy import special
 
     chance = np.ones(z.shape)
     beyond = z > 0
-    chance[beyond] = np.minimum(1.0, CHANNELS * special.stdtr(freedom, -z[beyond]))
+    chance[beyond] = np.minimum(1.0, 2 * 3 * special.stdtr(freedom, -z[beyond]))
     return chance

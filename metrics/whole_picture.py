@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.metrics.admissible import Admissible, residual
-from notabug.metrics.bug_leg import HOPE, Bug
+from notabug.metrics.bug_leg import Bug
 from notabug.metrics.causes import (
-    SAME_SHIFT,
     Cause,
     brought_in,
     causes,
@@ -26,8 +25,8 @@ from notabug.metrics.channels import pixels
 from notabug.metrics.explain import Explanation, explain
 from notabug.metrics.fitted import fitted
 from notabug.metrics.global_fit import global_fit
-from notabug.metrics.likely import CLIP
-from notabug.metrics.names import NOTHING, Name
+from notabug.metrics.names import Name
+from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import Places
 from notabug.metrics.significance import significance
 from notabug.references.models.camera import pixel_shift
@@ -35,8 +34,12 @@ from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
 
-SHARPENED = 3  # vectors of a shift that are predicted in full, and one more
-ROUGHLY = 0.55  # pixels by which a shift may be mistaken where edges are aliased
+SHARPENED = POLICY.whole_picture.sharpened
+ROUGHLY = POLICY.whole_picture.roughly
+HOPE = POLICY.bug_leg.hope
+NOTHING = POLICY.names.nothing
+CLIP = POLICY.likely.clip
+SAME_SHIFT = POLICY.causes.same_shift
 
 
 def whole_picture(bug: Bug) -> list[tuple[Name, Cause]]:

@@ -56,6 +56,7 @@ class Topic(StrEnum):
     variants = "variants"
     workarounds = "workarounds"
     declarations = "declarations"
+    policy = "policy"
 
 
 class Bench(StrEnum):

@@ -78,7 +78,7 @@ def list_(
     topic: Annotated[Topic, typer.Argument(help="What to list.")] = Topic.scenes,
     as_json: Json = False,
 ) -> None:
-    """List scenes, renderers, models, variants or workarounds."""
+    """List scenes, renderers, models, variants, workarounds, declarations, or the numbers that decide a verdict."""
     from notabug.commands.listing import command
 
     raise typer.Exit(command(topic.value, as_json))

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from notabug.exit_codes import ExitCode
 from notabug.printable import escaped
-from notabug.results.changes import Change, compare
+from notabug.results.changes import Change, changed_numbers, compare
 from notabug.results.record import Result, load
 from notabug.results.wording import STYLE, number
 from notabug.runs.progress import console
@@ -19,13 +19,19 @@ from notabug.runs.progress import console
 
 def command(before: Path, after: Path, as_json: bool) -> ExitCode:
     """Print the changes from ``before`` to ``after``; BUG where one is for the worse."""
-    runs = [[Result.from_dict(each) for each in load(folder)["results"]] for folder in (before, after)]
+    documents = [load(folder) for folder in (before, after)]
+    runs = [[Result.from_dict(each) for each in document["results"]] for document in documents]
     changes = compare(*runs)
+    numbers = changed_numbers(*(document["policy"] for document in documents))
     if as_json:
         print(
             escaped(
                 json.dumps(
-                    {"changes": [asdict(change) | {"worse": change.worse} for change in changes]}, ensure_ascii=False
+                    {
+                        "changes": [asdict(change) | {"worse": change.worse} for change in changes],
+                        "policy": {name: list(values) for name, values in numbers.items()},
+                    },
+                    ensure_ascii=False,
                 )
             )
         )
@@ -34,6 +40,9 @@ def command(before: Path, after: Path, as_json: bool) -> ExitCode:
     worse = sum(change.worse for change in changes)
     if not as_json:
         same = len({(each.scene, each.variant, each.renderer) for run in runs for each in run}) - len(changes)
+        for name, values in numbers.items():
+            was, now = ("none" if value is None else f"{value:g}" for value in values)
+            console().print(f"judged by another {name}: {was} → {now}", markup=False)
         console().print(f"{worse} worse, {len(changes) - worse} otherwise changed, {same} the same")
     return ExitCode.BUG if worse else ExitCode.OK
 

@@ -1,4 +1,4 @@
-"""The ``list`` command: scenes, variants, renderers, models, workarounds, declarations."""
+"""The ``list`` command: scenes, variants, renderers, models, workarounds, declarations, the judge's numbers."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from notabug.adapters.base import RendererMissingError
 from notabug.adapters.declared import declarations
 from notabug.adapters.registry import adapters
 from notabug.exit_codes import ExitCode
+from notabug.metrics.policy import entries, plain
 from notabug.printable import escaped
 from notabug.references.models.model import models
 from notabug.references.workarounds.workaround import workarounds
@@ -84,6 +85,22 @@ def list_workarounds() -> list[dict[str, object]]:
     ]
 
 
+def list_policy() -> list[dict[str, object]]:
+    """Every number that decides a verdict, by the step of docs/judge.md that uses it."""
+    return [
+        {
+            "number": entry.name,
+            "value": plain(entry.value),
+            "unit": entry.said.unit,
+            "meaning": entry.said.meaning,
+            "source": entry.said.source,
+            "decides": entry.said.decides,
+            "step": entry.step,
+        }
+        for entry in entries()
+    ]
+
+
 LISTS: Mapping[str, Callable[[], Sequence[Mapping[str, object]]]] = {
     "scenes": list_scenes,
     "variants": list_variants,
@@ -91,10 +108,11 @@ LISTS: Mapping[str, Callable[[], Sequence[Mapping[str, object]]]] = {
     "models": list_models,
     "workarounds": list_workarounds,
     "declarations": declarations,
+    "policy": list_policy,
 }
 
 
-_WIDE = ("claim", "caveat", "version", "values", "meaning", "scenes", "rule")
+_WIDE = ("claim", "caveat", "version", "values", "meaning", "scenes", "rule", "unit", "source", "step")
 
 
 def ranges(places: Sequence[int]) -> str:

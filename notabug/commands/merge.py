@@ -140,6 +140,7 @@ def _document(documents: Sequence[RunDocument], results: list[Result], cards: li
         gate={**first["gate"], "unused": [entry for key, entry in sorted(unused.items()) if key not in met]},
         renderers=renderers,
         calibration=cards,
+        policy=first["policy"],
         results=results,
     )
 

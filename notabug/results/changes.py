@@ -49,6 +49,15 @@ class Change:
         return self.steps > 0 or (self.steps == 0 and self.after in ("limitation", "bug") and grown)
 
 
+def changed_numbers(before: dict[str, float], after: dict[str, float]) -> dict[str, tuple[float | None, float | None]]:
+    """The numbers by which two runs were judged and that differ; none where a run does not say its numbers."""
+    if not before or not after:
+        return {}
+    names = dict.fromkeys((*before, *after))
+    pairs = {name: (before.get(name), after.get(name)) for name in names}
+    return {name: (was, now) for name, (was, now) in pairs.items() if was != now}
+
+
 def between(before: Result, after: Result) -> Change | None:
     """What changed from one result of a job to a later one, or None."""
     change = _change((after.scene, after.variant, after.renderer), before, after)

@@ -99,4 +99,5 @@ class RunDocument(TypedDict):
     gate: GateSaid
     renderers: dict[str, RendererSaid]
     calibration: list[ResultSaid]
+    policy: dict[str, float]
     results: list[ResultSaid]

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
+from notabug.metrics.policy import flat
 from notabug.metrics.verdict import GLYPH, Verdict, VerdictSaid
 from notabug.results.document import GateSaid, JobsSaid, RendererSaid, ResultSaid, RunDocument, ToolSaid
 from notabug.results.expectation import State, Statement
@@ -177,6 +178,7 @@ RUN = Fields(
         "gate": Fields({}, {"file": TEXT, "fail_on": TEXT, "models": TEXT, "unused": Many(_UNUSED)}),
         "renderers": Many(Fields({}, {"version": TEXT, "where": TEXT, "missing": TEXT}), named=True),
         "calibration": Many(RESULT),
+        "policy": Many(NUMBER, named=True),
     },
 )
 DEFAULTS: dict[str, Any] = {
@@ -188,6 +190,7 @@ DEFAULTS: dict[str, Any] = {
     "gate": {"file": "", "fail_on": "any", "models": "", "unused": []},
     "renderers": {},
     "calibration": [],
+    "policy": {},
 }
 
 
@@ -202,8 +205,13 @@ def run_document(
     finished: bool = True,
     jobs: JobsSaid | None = None,
     gate: GateSaid | None = None,
+    policy: dict[str, float] | None = None,
 ) -> RunDocument:
-    """``run.json``, whoever writes it: a run, shards that are merged, or a picture that is judged."""
+    """``run.json``, whoever writes it: a run, shards that are merged, or a picture that is judged.
+
+    It keeps the numbers of the judge's ``policy``, all of them: a hash would say that two runs were judged by other
+    numbers, but not by which, and values that differ from the default say nothing once the default has changed.
+    """
     plain: RunDocument = {
         "schema": SCHEMA,
         "tool": tool,
@@ -214,6 +222,7 @@ def run_document(
         "gate": gate or {"file": "", "fail_on": "any", "models": "", "unused": []},
         "renderers": renderers,
         "calibration": [result.as_dict() for result in calibration],
+        "policy": flat() if policy is None else policy,
         "results": [result.as_dict() for result in results],
     }
     return plain

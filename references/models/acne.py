@@ -42,7 +42,7 @@ def models(scene: Scene) -> Iterator[Model]:
         cites=f"{_PAPER}; {_EPSILON}",
         options={"acne": lost[0], **off},
         others=tuple({"acne": each, **off} for each in lost[1:]),
-        grain=True,
+        shows="dots",
         declared=("hit_error", "sphere_error"),
     )
     # a ray that is reflected or refracted at the wrong side of its own surface may see anything
@@ -55,7 +55,7 @@ def models(scene: Scene) -> Iterator[Model]:
         cites=f"{_PAPER}; {_EPSILON}",
         options={"acne": lost[0], "hit_error": np.inf},
         others=tuple({"acne": each, "hit_error": np.inf} for each in lost[1:]),
-        grain=True,
+        shows="dots_everywhere",
         drawn={"start": "none"},
     )
     seen = width_of_view(scene)

@@ -17,6 +17,7 @@ import notabug.references.models
 from notabug.scenes_usd.scene import Material, Mesh, Scene
 
 Edit = Callable[[Scene], Scene]
+Shows = Literal["anything", "chance", "stripes", "crossing", "dots", "dots_everywhere", "wide"]
 UNSAID = "unknown"
 """What a declaration says of a feature that it says nothing of."""
 OF_SHADOWS = frozenset({"shadows", "acne", "start", "shadow_rays", "transparent_shadows", "shadow_map"})
@@ -53,11 +54,11 @@ class Model:
     options : switches of the tracer (fields of ``Options``).
     others : switches of further values that a sample may take under the rule ``set``, besides ``options``.
     edits : edits of further values that bound what the rule ``hull`` admits, besides ``edit``.
-    sure : switches under which it acts only where nothing but chance decides. A picture that shows next to nothing of
-        that does not show it; beyond, where a resolution is but a bound, it may be as rare as it likes.
-    mixes : how under ``set`` values mix: by ``chance``, so that one value nearly everywhere is not it; in ``stripes``,
-        half of which are not its own; or as they ``may``.
-    grain : what it admits under ``set`` or ``any`` changes from pixel to pixel: dots, not blots.
+    shows : what a picture must show of it besides, or it explains nothing: values that mix by ``chance``, so that one
+        nearly everywhere is not it; ``stripes``, half of which are not its own; a ``crossing`` of surfaces; ``dots``
+        that change from pixel to pixel, or ``dots_everywhere``; a ``wide`` part of where it acts; or ``anything``.
+    sure : switches under which a ``crossing`` acts only where nothing but chance decides. A picture that shows next to
+        nothing of that does not show it; beyond, where a resolution is but a bound, it may be as rare as it likes.
     declared : options that are taken from an adapter's declaration, where it states them: from the field of the same
         name, or ``option=field``.
     drawn : switches by which the in-house renderer draws a fault, where they are not ``options``.
@@ -89,9 +90,8 @@ class Model:
     when: tuple[str, str] | None = None
     also: tuple[tuple[str, str], ...] = ()
     strict: bool = False
+    shows: Shows = "anything"
     sure: Mapping[str, Any] | None = None
-    mixes: Literal["chance", "stripes", "may"] = "chance"
-    grain: bool = False
     declared: tuple[str, ...] = ()
     drawn: Mapping[str, Any] | None = None
     at: Callable[[float], Model] | None = None

@@ -115,7 +115,7 @@ def _limitations(said: Settings, lights: int, texels: str, reach: float) -> Iter
             others=tuple(values[1:]),
             also=(OF_A_MAP, ("shadow_filter", texels)),
             strict=True,
-            mixes="stripes" if name == "shadow_map_acne" else "may",
+            shows="stripes" if name == "shadow_map_acne" else "anything",
             declared=(*STATED, "map_width=shadow_width"),
         )
 

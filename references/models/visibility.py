@@ -48,6 +48,7 @@ def models(scene: Scene) -> Iterator[Model]:
         name="colour_of_neither",
         kind="fault",
         rule="any",
+        shows="wide",
         claim="where surfaces coincide the picture has the colour of none of them",
         cites=_PAPER,
         options={"ties": "blend", "resolution": FLOAT["float32"]},
@@ -91,5 +92,6 @@ def _fight(resolves: str, resolution: dict[str, float]) -> Model:
         options={"ties": "another", **resolution},
         others=({"ties": "unlit", **resolution}, {"ties": "next", **resolution, **seen}),
         when=("resolves", resolves),
+        shows="crossing",
         sure={"ties": "another", "resolution": FLOAT["float64"]},
     )

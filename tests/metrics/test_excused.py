@@ -12,11 +12,17 @@ from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import admissible
-from notabug.metrics.excused import BUDGET, PAIR, RATE, SURE, crowded, excused, most
+from notabug.metrics.excused import crowded, excused, most
 from notabug.metrics.image_filters import widened
+from notabug.metrics.policy import POLICY
 from notabug.references.predict import predict
 from notabug.references.tracer.envelope import SEEN, Envelope
 from notabug.scenes_usd.scene import Mesh, Scene
+
+BUDGET = POLICY.excused.budget
+PAIR = POLICY.excused.pair
+RATE = POLICY.excused.rate
+SURE = POLICY.excused.sure
 
 Floats = npt.NDArray[np.floating]
 

@@ -16,9 +16,10 @@ from notabug.metrics.causes import encoded
 from notabug.metrics.explain import fit
 from notabug.metrics.judge import judge
 from notabug.metrics.likely import coarse
-from notabug.metrics.names import EXACT, Name, better
+from notabug.metrics.names import Name, better
 from notabug.metrics.naming import possible
 from notabug.metrics.noise import measure
+from notabug.metrics.policy import POLICY
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model, models
@@ -70,9 +71,9 @@ def test_of_two_names_that_leave_rounding_the_one_tried_first_is_told() -> None:
     first, other = (
         Name(name, "", 0.0, misfit, preview_misfit=2.0) for name, misfit in (("first", 1.8e-5), ("other", 1.7e-5))
     )
-    assert not better(other, first, EXACT, noisy=False)
-    assert better(replace(other, misfit=1e-9), first, EXACT, noisy=False)
-    assert better(replace(other, misfit=3e-3), replace(first, misfit=4e-3), EXACT, noisy=False)
+    assert not better(other, first, POLICY.names.exact, noisy=False)
+    assert better(replace(other, misfit=1e-9), first, POLICY.names.exact, noisy=False)
+    assert better(replace(other, misfit=3e-3), replace(first, misfit=4e-3), POLICY.names.exact, noisy=False)
 
 
 @pytest.mark.parametrize(("name", "strength"), [("floor_lobes", 0.7), ("floor_lobes", 1.5), ("interpolation", 0.6)])

@@ -13,15 +13,18 @@ import pytest
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.admissible import admissible, reckonable
-from notabug.metrics.image_checks import LARGEST, finite, invalid
+from notabug.metrics.image_checks import finite, invalid
 from notabug.metrics.judge import judge
 from notabug.metrics.noise import measure
+from notabug.metrics.policy import POLICY
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.model import Model
 from notabug.references.predict import Near
 from notabug.references.tracer.envelope import Envelope
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Camera, Card, Scene
+
+LARGEST = POLICY.image_checks.largest
 
 Floats = npt.NDArray[np.floating]
 

@@ -16,10 +16,13 @@ from notabug.metrics.causes import encoded, zoomed
 from notabug.metrics.image_checks import box
 from notabug.metrics.image_filters import blurred, extreme, laplacian, weighed, widened
 from notabug.metrics.judge import regions
-from notabug.metrics.noise import TILE, measure, tiles
+from notabug.metrics.noise import measure, tiles
+from notabug.metrics.policy import POLICY
 from notabug.metrics.significance import discoveries
 from notabug.metrics.verdict import Finding, Leg, Verdict
 from notabug.scenes_usd.srgb import decode_srgb
+
+TILE = POLICY.noise.tile
 
 Floats = npt.NDArray[np.floating]
 

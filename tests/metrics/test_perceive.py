@@ -10,7 +10,11 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from notabug.metrics.perceive import PIXELS_PER_DEGREE, REACH, delta_itp, flip, jnd
+from notabug.metrics.perceive import delta_itp, flip, jnd
+from notabug.metrics.policy import POLICY
+
+PIXELS_PER_DEGREE = POLICY.perceive.pixels_per_degree
+REACH = POLICY.perceive.reach
 
 Floats = npt.NDArray[np.floating]
 

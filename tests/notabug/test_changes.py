@@ -9,7 +9,7 @@ import pytest
 from notabug.gallery.trend import Course, _change
 from notabug.metrics.verdict import Finding, Verdict
 from notabug.report.comparison import changes
-from notabug.results.changes import between, compare
+from notabug.results.changes import between, changed_numbers, compare
 from notabug.results.record import Result
 
 CASES = [
@@ -53,3 +53,14 @@ def test_what_is_new_or_gone_is_worse_only_where_it_is_wrong() -> None:
     assert [found.course for found in compare([], [wrong])] == ["worse"]
     assert [found.course for found in compare([], [fine])] == ["other"]
     assert [found.course for found in compare([wrong], [])] == ["other"]
+
+
+def test_the_numbers_that_two_runs_were_judged_by_are_compared() -> None:
+    before = {"admissible.edge": 0.19, "admissible.grid": 0.2, "names.gone": 1.0}
+    after = {"admissible.edge": 0.3, "admissible.grid": 0.2, "names.fresh": 2.0}
+    assert changed_numbers(before, after) == {
+        "admissible.edge": (0.19, 0.3),
+        "names.gone": (1.0, None),
+        "names.fresh": (None, 2.0),
+    }
+    assert changed_numbers({}, after) == changed_numbers(before, {}) == {}, "a record from before they were kept"

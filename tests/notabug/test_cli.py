@@ -16,6 +16,7 @@ import notabug
 import notabug.__main__ as program
 from notabug.adapters.base import RendererError, RendererMissingError
 from notabug.exit_codes import ExitCode, exit_code
+from notabug.metrics.policy import flat
 from notabug.metrics.verdict import Finding, Verdict
 from notabug.results.gate import Gate, code_of
 from notabug.results.record import Result
@@ -77,10 +78,11 @@ def test_json_is_one_document_and_nothing_else(door: Any) -> None:
     assert door.run("terminator/sphere", "texture/uneven_quad", "--json") == 1
     document = json.loads(door.stdout)
     assert document == json.loads((door.out / "run.json").read_text()) | {"seconds": document["seconds"]}
+    assert document["policy"] == flat()
     assert "terminator/sphere" in door.stderr
 
 
-@pytest.mark.parametrize("topic", ["scenes", "renderers", "models", "variants", "declarations"])
+@pytest.mark.parametrize("topic", ["scenes", "renderers", "models", "variants", "declarations", "policy"])
 def test_lists_are_json_too(door: Any, topic: str) -> None:
     assert door("list", topic, "--json") == 0
     assert json.loads(door.stdout)[topic]

@@ -12,7 +12,7 @@ import pytest
 
 from notabug.adapters.base import Declaration
 from notabug.commands.judge import declare
-from notabug.metrics.excused import BUDGET
+from notabug.metrics.policy import POLICY
 from notabug.references.predict import predict
 from notabug.runs.judge_files import judge_pictures
 from notabug.scenes_usd.picture import Picture, read_picture, write_coded, write_exr
@@ -185,7 +185,7 @@ def test_pictures_of_a_pixel_or_a_line(size: tuple[int, int], desk: Any) -> None
         pixels = np.asarray(right, np.float32)
         for samples in (0, 64):
             assert verdict_of([pixels], scene, filter_name=name, samples=samples) in ("pass", "limitation"), name
-        if pixels.size > 3 * BUDGET:  # of fewer pixels any may lie beside an edge and be off
+        if pixels.size > 3 * POLICY.excused.budget:  # of fewer pixels any may lie beside an edge and be off
             assert verdict_of([pixels * 3.0 + 0.5], scene, filter_name=name) == "bug", name
         noisy = [np.asarray(pixels * (1.0 + 0.05 * rng.standard_normal(pixels.shape)), np.float32) for _ in range(4)]
         assert verdict_of(noisy, scene, filter_name=name) in ("pass", "limitation", "inconclusive"), name

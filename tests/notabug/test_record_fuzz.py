@@ -110,6 +110,8 @@ DAMAGE: dict[str, Any] = {
     "no gate's entries": ("gate", {"unused": {"a": 1}}),
     "a gate's entry without keys": ("gate", {"unused": [{}]}),
     "renderers as a list": ("renderers", []),
+    "a policy of words": ("policy", {"admissible.edge": "wide"}),
+    "a policy as a list": ("policy", [0.19]),
     "a renderer that is a text": ("renderers", {"grey": "1"}),
     "a version that is a number": ("tool", {"version": 3, "models": "m"}),
     "a tool that is none": ("tool", None),

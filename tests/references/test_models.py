@@ -143,6 +143,12 @@ def test_every_model_of_the_corpus_is_well_formed() -> None:
             assert each.cites
             assert each.rule != "any" or each.kind == "fault"  # or it would excuse everything
             assert each.kind != "convention" or each.rule == "choice"
+            # a rule that admits much asks that the picture show something: else it hides bugs
+            assert each.rule != "any" or each.shows in ("wide", "dots_everywhere")
+            asked = each.rule != "set" or each.kind == "fault" or each.shows != "anything"
+            assert asked or each.name in ("shadow_map_steps", "shadow_map_detached")
+            assert each.rule in ("set", "hull", "any") or each.shows == "anything"
+            assert (each.shows == "crossing") == (each.sure is not None)
 
 
 # --- what each does -----------------------------------------------------------------------------------------------

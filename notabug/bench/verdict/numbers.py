@@ -1,34 +1,35 @@
-"""The numbers that decide a verdict: where each stands in metrics/, and a copy of its module with another value."""
+"""The numbers that decide a verdict: those of the policy, others in the code of metrics/, and how to change one."""
 
 from __future__ import annotations
 
 import ast
 import importlib
+import re
 from collections.abc import Iterator, Mapping
-from functools import cache
 from pathlib import Path
 
 import notabug.metrics
+from notabug.metrics.policy import POLICY, entries
 
 FOLDER = Path(notabug.metrics.__path__[0])
 SMALL = frozenset({0, 0.5, 1, 2, 3})
-"""Literals that need no row: half and twice, counts of axes and channels."""
+"""Literals that decide nothing by themselves: half and twice, counts of axes and channels."""
 AGAINST_ZERO = 1e-8
 """Smaller literals only keep from dividing by zero."""
 DECIDES_NOTHING = frozenset({"why", "verdict", "predictions", "channels", "image_filters"})
 """They show, hold, keep in memory, or compute without a choice."""
 STANDARDS = {
+    "formulas": "what follows from mathematics",
     "perceive": "matrices and constants of ITU-R BT.709, BT.2020, BT.2100, BT.2124 and SMPTE ST 2084",
-    "calibration": "the resolution of searches; its limits are constants",
+    "calibration": "the resolution of searches; its limits are in the policy",
 }
-"""Files whose literals need no row, and what they are."""
-NOT_NUMBERS = frozenset(
-    {"calibration._TURNS", "perceive._TO_2020", "perceive._TO_LMS", "perceive._TO_ICTCP", "excused.TOUCHING"}
-)
+"""Files whose literals may stand in the code, and what they are."""
+NOT_NUMBERS = frozenset({"calibration._TURNS", "excused.TOUCHING", "formulas.DEVIATION", "formulas.BOX_VARIANCE"})
 NOT_NUMBERS |= {f"perceive.{name}" for name in ("_PEAK", "_M1", "_M2", "_C1", "_C2", "_C3")}
-"""Constants that a standard states, the turns of a picture, and the shape of a neighbourhood."""
+NOT_NUMBERS |= {f"perceive.{name}" for name in ("_TO_2020", "_TO_LMS", "_TO_ICTCP")}
+"""Constants that a standard or mathematics states, the turns of a picture, and the shape of a neighbourhood."""
 SCALED = "_scaled_for_sensitivity"
-"""The name under which a changed copy of a module finds ``scaled``."""
+"""The name under which a changed copy of a module of references/ finds ``scaled``."""
 
 
 def shown(value: object) -> str:
@@ -65,6 +66,8 @@ def constants(name: str) -> Iterator[tuple[str, object]]:
     """``file.NAME`` and the value of each number that is assigned at the top of metrics/``name``.py."""
     module = importlib.import_module(f"notabug.metrics.{name}")
     for node in _tree(name).body:
+        if any(isinstance(part, ast.Name) and part.id == "POLICY" for part in ast.walk(node)):
+            continue  # it is read from there
         for target in _assigned(node):
             for part in ast.walk(target):
                 if isinstance(part, ast.Name) and part.id.isupper() and numeric(getattr(module, part.id)):
@@ -72,7 +75,7 @@ def constants(name: str) -> Iterator[tuple[str, object]]:
 
 
 def _literal(part: ast.AST) -> int | float | None:
-    """The number that ``part`` of a function is, if it needs a row."""
+    """The number that ``part`` of a function is, if it may decide something."""
     value = part.value if isinstance(part, ast.Constant) else None
     if not isinstance(value, int | float) or isinstance(value, bool):
         return None
@@ -89,9 +92,8 @@ def literals(name: str) -> Iterator[tuple[str, object]]:
                     yield f"{name}: {shown(value)}", value
 
 
-@cache
-def found() -> Mapping[str, str]:
-    """Every number that decides, by the name of its row: its value as the page shows it."""
+def stray() -> dict[str, str]:
+    """The numbers that decide and stand in the code of metrics/, not in its policy: there should be none."""
     result: dict[str, str] = {}
     for name in sorted(path.stem for path in FOLDER.glob("*.py")):
         if name == "__init__" or name in DECIDES_NOTHING:
@@ -102,15 +104,18 @@ def found() -> Mapping[str, str]:
     return result
 
 
-def module_of(row: str) -> str:
-    """The module in which the number of ``row`` stands.
+def unread() -> list[str]:
+    """The numbers of the policy that no file of metrics/ reads."""
+    code = "\n".join(path.read_text("utf-8") for path in FOLDER.glob("*.py"))
+    read = {f"{group}.{entry}" for group, entry in re.findall(r"POLICY\.(\w+)\.(\w+)", code)}
+    for group, alias in re.findall(r"(\w+) = POLICY\.(\w+)$", code, re.M):
+        read |= {f"{alias}.{entry}" for entry in re.findall(rf"\b{group}\.(\w+)", code)}
+    return [name for name in found() if name not in read]
 
-    >>> module_of("rules: 5"), module_of("references.tracer.precision.RELATIVE")
-    ('notabug.metrics.rules', 'notabug.references.tracer.precision')
-    """
-    if row.startswith("references."):
-        return f"notabug.{row.rpartition('.')[0]}"
-    return f"notabug.metrics.{row.partition(':')[0].partition('.')[0]}"
+
+def found() -> list[str]:
+    """The names of the numbers of the policy."""
+    return [entry.name for entry in entries(POLICY) if not entry.name.startswith("references.")]
 
 
 def scaled(value: object, factor: float) -> object:
@@ -130,50 +135,37 @@ def scaled(value: object, factor: float) -> object:
 
 
 class _Changed(ast.NodeTransformer):
-    """The number of one row replaced by a call of SCALED."""
+    """The constant ``name`` of a module given to SCALED."""
 
-    def __init__(self, row: str) -> None:
-        _, joint, self.literal = row.partition(": ")
-        self.name = "" if joint else row.rpartition(".")[2]
+    def __init__(self, name: str) -> None:
+        self.name = name
         self.places = 0
 
     def _call(self, value: ast.expr) -> ast.expr:
         self.places += 1
         return ast.Call(ast.Name(SCALED, ast.Load()), [value], [])
 
-    def _at_top(self, node: ast.stmt) -> None:
-        if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None:
-            return
-        for target in _assigned(node):
-            if isinstance(target, ast.Name) and target.id == self.name:
-                node.value = self._call(node.value)
-            elif isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
-                pairs = list(zip(target.elts, node.value.elts, strict=True))
-                named = [isinstance(part, ast.Name) and part.id == self.name for part, _ in pairs]
-                node.value.elts = [
-                    self._call(part) if is_it else part for is_it, (_, part) in zip(named, pairs, strict=True)
-                ]
-
     def visit_Module(self, node: ast.Module) -> ast.Module:
         for statement in node.body:
-            if self.name:
-                self._at_top(statement)
-            elif isinstance(statement, ast.FunctionDef | ast.ClassDef):
-                self.generic_visit(statement)
+            if not isinstance(statement, ast.Assign | ast.AnnAssign) or statement.value is None:
+                continue
+            for target in _assigned(statement):
+                if isinstance(target, ast.Name) and target.id == self.name:
+                    statement.value = self._call(statement.value)
+                elif isinstance(target, ast.Tuple) and isinstance(statement.value, ast.Tuple):
+                    pairs = zip(target.elts, statement.value.elts, strict=True)
+                    named = [(isinstance(part, ast.Name) and part.id == self.name, value) for part, value in pairs]
+                    statement.value.elts = [self._call(value) if is_it else value for is_it, value in named]
         return node
 
-    def visit_Constant(self, node: ast.Constant) -> ast.expr:
-        value = _literal(node)
-        return self._call(node) if value is not None and shown(value) == self.literal else node
 
+def changed(source: str, name: str) -> ast.Module:
+    """The syntax tree of a module with ``source`` in which its constant ``name`` is given to SCALED.
 
-def changed(source: str, row: str) -> ast.Module:
-    """The syntax tree of a module with ``source`` in which the number of ``row`` is given to SCALED.
-
-    Raises ValueError where the module does not hold the number.
+    Raises ValueError where the module has no such constant.
     """
-    change = _Changed(row)
+    change = _Changed(name)
     tree: ast.Module = change.visit(ast.parse(source))
     if not change.places:
-        raise ValueError(f"{module_of(row)} holds no number {row}")
+        raise ValueError(f"the module has no constant {name}")
     return ast.fix_missing_locations(tree)

@@ -30,7 +30,7 @@ import numpy.typing as npt
 from notabug.bench.verdict.design import QUICK, Group, groups, number
 from notabug.bench.verdict.evaluate import drawing, fault_of, filmed, scene_of, subsamples
 from notabug.bench.verdict.image_formation import BY_NAME, shoot, written
-from notabug.bench.verdict.numbers import SCALED, changed, found, module_of, scaled
+from notabug.bench.verdict.numbers import SCALED, changed, found, scaled
 from notabug.runs.folders import write_json
 from notabug.scenes_usd.scene import Scene
 
@@ -108,14 +108,14 @@ def judged(sample: Sample, *, naming: bool) -> Said:
 
 
 class _Loader(SourceFileLoader):
-    """Loads a module with the number of ``row`` times ``factor``."""
+    """Loads a module of references/ with its constant ``name`` times ``factor``."""
 
-    def __init__(self, fullname: str, path: str, row: str, factor: float) -> None:
+    def __init__(self, fullname: str, path: str, name: str, factor: float) -> None:
         super().__init__(fullname, path)
-        self.row, self.factor = row, factor
+        self.constant, self.factor = name, factor
 
     def get_code(self, fullname: str) -> CodeType:
-        tree = changed(Path(self.get_filename(fullname)).read_text("utf-8"), self.row)
+        tree = changed(Path(self.get_filename(fullname)).read_text("utf-8"), self.constant)
         return compile(tree, self.get_filename(fullname), "exec", dont_inherit=True)
 
     def exec_module(self, module: ModuleType) -> None:
@@ -124,17 +124,18 @@ class _Loader(SourceFileLoader):
 
 
 class _Finder(MetaPathFinder):
-    """Finds the module of ``row`` for ``_Loader``."""
+    """Finds the module of references/ with the number of ``row`` for ``_Loader``."""
 
     def __init__(self, row: str, factor: float) -> None:
-        self.row, self.factor = row, factor
+        self.module, _, self.constant = f"notabug.{row}".rpartition(".")
+        self.factor = factor
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        spec = PathFinder.find_spec(fullname, path, target) if fullname == module_of(self.row) else None
+        spec = PathFinder.find_spec(fullname, path, target) if fullname == self.module else None
         if spec is not None and spec.origin is not None:
-            spec.loader = _Loader(fullname, spec.origin, self.row, self.factor)
+            spec.loader = _Loader(fullname, spec.origin, self.constant, self.factor)
         return spec
 
 
@@ -169,6 +170,10 @@ def with_number(row: str, factor: float) -> Iterator[None]:
         if below:
             os.environ["NOTABUG_CACHE"] = folder
         try:
+            if not below:
+                policy = importlib.import_module("notabug.metrics.policy")  # others take POLICY from it after this
+                value = scaled(policy.value_of(policy.POLICY, row), factor)
+                vars(policy)["POLICY"] = policy.with_value(policy.POLICY, row, value)
             yield
         finally:
             sys.meta_path.remove(finder)
@@ -231,7 +236,7 @@ def measure(out: Path, rows: Sequence[str]) -> None:
         if row in known:
             continue
         known[row] = {}
-        naming = row.partition(":")[0].partition(".")[0] in NAMES
+        naming = row.partition(".")[0] in NAMES
         tried, expected, seconds = before[naming]
         for kind, factor in FACTORS.items():
             begun = time.process_time()
@@ -248,5 +253,5 @@ def measure(out: Path, rows: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    every = [row for row in found() if row.partition(":")[0].partition(".")[0] not in BESIDE]
+    every = [row for row in found() if row.partition(".")[0] not in BESIDE]
     measure(Path(sys.argv[1]), sys.argv[2:] or every)

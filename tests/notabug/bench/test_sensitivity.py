@@ -7,14 +7,16 @@ import importlib.util
 import json
 import signal
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
 
-from notabug.bench.verdict.numbers import FOLDER, changed, found, module_of, scaled
+from notabug.bench.verdict.numbers import changed, found, scaled
 from notabug.bench.verdict.sensitivity import Said, Sample, at_most, differences, with_number
+from notabug.metrics.policy import POLICY, value_of, with_value
 
 ROOT = Path(__file__).resolve().parents[3]
 ROWS = sorted(found())
@@ -31,14 +33,14 @@ def pages() -> ModuleType:
 
 
 def test_every_number_can_be_changed() -> None:
-    for row in ROWS:
-        source = (FOLDER / f"{module_of(row).rpartition('.')[2]}.py").read_text("utf-8")
-        compile(changed(source, row), row, "exec")
+    for name in ROWS:
+        value = value_of(POLICY, name)
+        assert value_of(with_value(POLICY, name, scaled(value, 2.0)), name) != value, name
 
 
-def test_a_number_that_is_not_there_is_told() -> None:
-    with pytest.raises(ValueError, match="holds no number"):
-        changed("EDGE = 0.19\n", "admissible.ELSEWHERE")
+def test_a_constant_that_is_not_there_is_told() -> None:
+    with pytest.raises(ValueError, match="has no constant ELSEWHERE"):
+        changed("EDGE = 0.19\n", "ELSEWHERE")
 
 
 @pytest.mark.parametrize(
@@ -56,29 +58,29 @@ def test_whole_numbers_stay_whole(value: object, factor: float, expected: object
     assert scaled(value, factor) == expected
 
 
-@pytest.mark.parametrize(
-    ("row", "name"), [("admissible.EDGE", "EDGE"), ("significance.FEWEST", "FEWEST"), ("excused.RATE", "RATE")]
-)
-def test_a_number_is_another_one_inside_and_itself_again_after(row: str, name: str) -> None:
-    module = importlib.import_module(module_of(row))
-    before = getattr(module, name)
-    with with_number(row, 2.0):
-        inside = importlib.import_module(module_of(row))
+@pytest.mark.parametrize("name", ["admissible.edge", "significance.fewest", "likely.steps", "quick.around"])
+def test_a_number_is_another_one_inside_and_itself_again_after(name: str) -> None:
+    module = importlib.import_module(f"notabug.metrics.{name.partition('.')[0]}")
+    before = value_of(POLICY, name)
+    with with_number(name, 2.0):
+        inside = importlib.import_module(module.__name__)
         assert inside is not module
-        assert getattr(inside, name) == scaled(before, 2.0)
+        assert value_of(inside.POLICY, name) == scaled(before, 2.0)
         other = importlib.import_module("notabug.metrics.rules")
-        assert other.MEAN_ALPHA == 0.25
-    assert sys.modules[module_of(row)] is module
-    assert getattr(module, name) == before
+        assert other.POLICY is inside.POLICY
+        assert asdict(other.POLICY.rules) == asdict(POLICY.rules)
+    assert sys.modules[module.__name__] is module
+    assert value_of(importlib.import_module("notabug.metrics.policy").POLICY, name) == before
 
 
-def test_a_number_that_others_import_is_changed_there_too() -> None:
-    with with_number("rules.MEAN_ALPHA", 0.5):
-        assert importlib.import_module("notabug.metrics.explain").MEAN_ALPHA == 0.125
+def test_a_number_of_the_references_is_changed_where_others_import_it() -> None:
+    with with_number("references.tracer.precision.RELATIVE", 0.5):
+        assert importlib.import_module("notabug.metrics.judge").RELATIVE == 0.002
+    assert importlib.import_module("notabug.metrics.judge").RELATIVE == 0.004
 
 
-def test_a_number_without_a_name_is_changed_where_it_stands() -> None:
-    """The degrees of freedom of a pooled variance: 12.5 for each seed beyond the first."""
+def test_what_is_computed_from_a_number_at_import_changes_with_it() -> None:
+    """The degrees of freedom of a pooled variance: half of its pixels, for each seed beyond the first."""
     pictures = list(np.random.default_rng(1).uniform(size=(4, 32, 32, 3)).astype(np.float32))
 
     def freedom() -> float:
@@ -86,8 +88,8 @@ def test_a_number_without_a_name_is_changed_where_it_stands() -> None:
         return float(measured.freedom * max(1.0, measured.kappa / 2.0))
 
     assert freedom() == pytest.approx(37.5)
-    with with_number("noise: 12.5", 2.0):
-        assert freedom() == pytest.approx(75.0)
+    with with_number("noise.reach", 2.0):
+        assert freedom() == pytest.approx(121.5)  # 9 x 9 pixels
     assert freedom() == pytest.approx(37.5)
 
 
