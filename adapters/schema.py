@@ -23,6 +23,12 @@ _OF_KEY: dict[str, Schema] = {
     "samples": {"type": "integer", "minimum": 1, "description": "Samples per pixel where a run asks for none."},
     "environment": {"type": "object", "additionalProperties": _TEXT},
     "install": {**_TEXT, "description": "How to install it: said where it is missing."},
+    "server": {"type": "boolean", "description": "Started once; reads one line of JSON for each picture."},
+    "start_timeout": {
+        "type": "number",
+        "exclusiveMinimum": 0,
+        "description": "Seconds in which a server says that it is ready.",
+    },
     "timeout": {"type": "number", "exclusiveMinimum": 0, "description": "Seconds for one picture."},
     "cpu": {"type": "number", "minimum": 0, "description": "Seconds of processor time for one picture; 0: no limit."},
     "memory": {**_SIZE, "description": "Bytes, or words such as 2 GiB; 0: no limit."},
