@@ -14,7 +14,7 @@ import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from notabug.adapters.base import Declaration, Found, Quality, Render, RendererError, RendererMissingError
+from notabug.adapters.base import Apart, Declaration, Found, Quality, Render, RendererError, RendererMissingError
 from notabug.adapters.declared import PIXELS
 from notabug.adapters.export.formats import export
 from notabug.adapters.job_folder import job_folder, picture_path
@@ -23,6 +23,7 @@ from notabug.adapters.python_modules import with_modules
 from notabug.adapters.requirements import check_supported
 from notabug.adapters.server import START_SECONDS, Server
 from notabug.adapters.settings import filled
+from notabug.adapters.spheres import as_given
 from notabug.adapters.trees import remove
 from notabug.scenes_usd.picture import PictureError, read_header, read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
@@ -58,6 +59,7 @@ class Command:
     folder: Path
     declared: Declaration
     capabilities: frozenset[str]
+    not_together: tuple[Apart, ...] = ()
     scene: str = "json"
     image: str = "exr"
     pixels: str = "float"
@@ -95,6 +97,7 @@ class Command:
         return Found(told, program, key=f"{self.key} {self._contents()}")
 
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        scene = as_given(scene, self.declared)
         check_supported(self, scene)
         seeds = quality.seeds if self.declared.noisy else quality.seeds[:1] or (0,)
         samples = quality.samples or self.samples

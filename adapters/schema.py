@@ -37,6 +37,15 @@ _OF_KEY: dict[str, Schema] = {
     "pixels": {"enum": sorted(declared.PIXELS), "description": "The number format of the pictures."},
     "encoding": {"enum": ["linear", "srgb"]},
     "capabilities": {"type": "array", "items": {"enum": sorted(declared.CAPABILITIES)}, "uniqueItems": True},
+    "not_together": {
+        "type": "array",
+        "items": {
+            "type": "array",
+            "items": {"enum": sorted(declared.CAPABILITIES)},
+            "minItems": 2,
+        },
+        "description": "Capabilities that it does not have together in one scene.",
+    },
     "adapter": {**_TEXT, "description": "A known adapter, whose fields the other keys set."},
 }
 _KNOWN: Schema = {
