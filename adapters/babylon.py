@@ -11,13 +11,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from notabug.adapters.base import Declaration, Found, Quality, Render, UnsupportedError
+from notabug.adapters.base import Apart, Declaration, Found, Quality, Render
 from notabug.adapters.browser import DEPTH, GET_BROWSER, SUBPIXEL_BITS, InBrowser
 from notabug.adapters.child_job import Edit
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
 from notabug.adapters.zbuffer import rasterised
 from notabug.scenes_usd.scene import Scene
+
+_NO_FALLOFF = "with a highlight, the light of Babylon's point light does not fall with the distance"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +43,10 @@ class Babylon:
     capabilities: frozenset[str] = frozenset(
         {"mesh", "normals", "uv", "texture", "point_light", "distant_light", "phong", "blinn", "coloured_highlight"}
     )
+    not_together: tuple[Apart, ...] = (
+        Apart(frozenset({"phong", "point_light"}), _NO_FALLOFF),
+        Apart(frozenset({"blinn", "point_light"}), _NO_FALLOFF),
+    )
     install: str = f"notabug install babylon; {GET_BROWSER}"
 
     def declaration(self, quality: Quality) -> Declaration:
@@ -60,7 +66,6 @@ class Babylon:
 
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
         check_supported(self, scene)
-        _check_highlights(self.name, scene)
         return self._route().render(scene, out, quality, 1.0)
 
     def _route(self) -> InBrowser:
@@ -74,18 +79,6 @@ class Babylon:
             angle=self.angle,
             keep_jobs=self.keep_jobs,
             edit=self.edit,
-        )
-
-
-def _check_highlights(name: str, scene: Scene) -> None:
-    """Raise UnsupportedError where a shiny surface is lit by a point light."""
-    shiny = any(any(scene.materials[shape.material].specular) for shape in scene.objects)
-    if shiny and any(light.kind == "point" for light in scene.lights):
-        raise UnsupportedError(
-            "a highlight under a point light: with it, Babylon's light does not fall with the distance",
-            where=f"adapter {name!r}",
-            expected="highlights under distant lights only",
-            do="choose another renderer for this scene",
         )
 
 

@@ -101,6 +101,8 @@ class Declaration:
         ``float32`` moves them.
     subpixel_bits : 2 to this power points a pixel's edge has on which a rasteriser puts the corners of triangles; 0
         where they are not rounded.
+    spheres : ``exact``, or given to the renderer as the ``mesh`` that ``adapters/spheres.py`` makes of each, and judged
+        as that.
     sphere_roots : how a sphere's hits are computed: from the difference of large squares (``discriminant``), or in a
         form that does not cancel (``stable``).
     """
@@ -140,6 +142,7 @@ class Declaration:
     crossings: Literal["each", "once", "unknown"] = "unknown"
     epsilon: float = -1.0
     coordinates: Literal["float32", "float64", "unknown"] = "unknown"
+    spheres: Literal["exact", "mesh"] = "exact"
     sphere_roots: Literal["discriminant", "stable", "unknown"] = "unknown"
     subpixel_bits: int = 0
     hit_error: float = -1.0
@@ -187,6 +190,17 @@ class Found:
 
 
 @dataclass(frozen=True, slots=True)
+class Apart:
+    """Capabilities that a renderer has one by one, but not together in one scene, and ``why``."""
+
+    words: frozenset[str]
+    why: str = ""
+
+    def __str__(self) -> str:
+        return " with ".join(sorted(self.words))
+
+
+@dataclass(frozen=True, slots=True)
 class Quality:
     """How well to render: ``samples`` per pixel (0: the adapter's default) for each seed in ``seeds``.
 
@@ -214,7 +228,8 @@ class Render:
 class Adapter(Protocol):
     """Draws scenes with one renderer. An adapter is one file that ends by registering itself.
 
-    ``capabilities`` answers a card's ``requires`` and the scene's content: see ``adapters.registry.needs``.
+    ``capabilities`` answers a card's ``requires`` and the scene's content: see ``adapters.registry.needs``. An adapter
+    may also have ``not_together``, a tuple of ``Apart``: which of them it does not have together.
     """
 
     @property

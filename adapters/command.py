@@ -1,7 +1,8 @@
 """A renderer that a configuration table describes: a command, what it reads and writes, and what is true of it.
 
-``docs/your-renderer.md`` is the manual. The command is a list and no shell ever reads it. It runs in a fresh folder of
-its own, so a picture there is its own; the picture is taken as declared and never corrected.
+``docs/your-renderer.md`` is the manual. The command is a list and no shell ever reads it. It is called for each
+picture, or started once as in ``server.py``. A picture is written into a fresh folder, so that it is no older one; it
+is taken as declared and never corrected.
 """
 
 from __future__ import annotations
@@ -13,14 +14,16 @@ import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from notabug.adapters.base import Declaration, Found, Quality, Render, RendererError, RendererMissingError
+from notabug.adapters.base import Apart, Declaration, Found, Quality, Render, RendererError, RendererMissingError
 from notabug.adapters.declared import PIXELS
 from notabug.adapters.export.formats import export
 from notabug.adapters.job_folder import job_folder, picture_path
 from notabug.adapters.process import DEFAULT, Ended, Limits, failure, made_picture, run_child
 from notabug.adapters.python_modules import with_modules
 from notabug.adapters.requirements import check_supported
+from notabug.adapters.server import START_SECONDS, Server
 from notabug.adapters.settings import filled
+from notabug.adapters.spheres import as_given
 from notabug.adapters.trees import remove
 from notabug.scenes_usd.picture import PictureError, read_header, read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
@@ -30,7 +33,7 @@ _TICK = 2.0  # seconds by which a file system's clock may lag
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A program that draws one picture a call.
+    """A program that draws one picture a call, or as a server one picture after the other.
 
     Attributes
     ----------
@@ -46,6 +49,7 @@ class Command:
     pixels, srgb : number format and encoding of its pictures.
     layer : the layer or part of its files that is the picture, where they hold several; "" where that is clear.
     samples : samples per pixel where a run asks for none.
+    server, start_timeout : it is started once, and has so many seconds to say that it is ready.
     retries : how often a call that failed is repeated.
     key : a hash of the table, since a finished result depends on all of it.
     """
@@ -55,6 +59,7 @@ class Command:
     folder: Path
     declared: Declaration
     capabilities: frozenset[str]
+    not_together: tuple[Apart, ...] = ()
     scene: str = "json"
     image: str = "exr"
     pixels: str = "float"
@@ -66,6 +71,8 @@ class Command:
     environment: dict[str, str] = field(default_factory=dict)
     timeout: float = 600.0
     limits: Limits = DEFAULT
+    server: bool = False
+    start_timeout: float = START_SECONDS
     retries: int = 0
     install: str = "see the configuration file"
     key: str = ""
@@ -90,6 +97,7 @@ class Command:
         return Found(told, program, key=f"{self.key} {self._contents()}")
 
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
+        scene = as_given(scene, self.declared)
         check_supported(self, scene)
         seeds = quality.seeds if self.declared.noisy else quality.seeds[:1] or (0,)
         samples = quality.samples or self.samples
@@ -111,30 +119,37 @@ class Command:
         picture = folder / _PICTURES / f"image{seed}.{self.image}"
         remove(picture.parent)  # of a call that failed
         picture.parent.mkdir(exist_ok=True)
-        values = {
+        told: dict[str, str | int] = {
             "scene": str(source),
             "image": str(picture),
-            "width": str(scene.width),
-            "height": str(scene.height),
-            "samples": str(samples),
-            "seed": str(seed),
-            "threads": str(quality.threads or os.cpu_count() or 1),
-            "folder": str(self.folder),
+            "width": scene.width,
+            "height": scene.height,
+            "samples": samples,
+            "seed": seed,
+            "threads": quality.threads or os.cpu_count() or 1,
         }
         began = time.time()
-        ended = run_child(
-            self._words(self.command, values, folder),
-            where=self.name,
-            folder=folder,
-            timeout=min(self.timeout, quality.timeout),
-            environment={key: filled(each, values) for key, each in self.environment.items()},
-            limits=self.limits,
-        )
+        ended = self._called(told, folder, min(self.timeout, quality.timeout))
         if ended.stopped == "output":
             remove(folder)
         ended.check(self.name)
         self._check(picture, (scene.width, scene.height), began, ended)
         return Render(self._keep(picture, out, seed, ended), seed, samples, ended.seconds, ended.command, ended.log)
+
+    def _called(self, told: dict[str, str | int], folder: Path, timeout: float) -> Ended:
+        """How the program ended, or its server's work on a picture, which is ``told`` it."""
+        values = {key: str(value) for key, value in told.items()} | {"folder": str(self.folder)}
+        environment = {key: filled(text, values) for key, text in self.environment.items()}
+        if not self.server:
+            words = self._words(self.command, values, folder)
+            return run_child(
+                words, where=self.name, folder=folder, timeout=timeout, environment=environment, limits=self.limits
+            )
+        words = self._words(self.command, values)
+        seen = Path(words[0]).stat()
+        state = f"{self.key} {self._contents()} {seen.st_size} {seen.st_mtime_ns}"
+        server = Server(tuple(words), self.name, environment, state, self.start_timeout, self.limits)
+        return server.draw(told, folder, timeout)
 
     def _check(self, picture: Path, size: tuple[int, int], began: float, ended: Ended) -> None:
         """Raise RendererError where ``picture`` is not of the declared kind and of ``size``, and written just now."""

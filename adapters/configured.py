@@ -15,12 +15,17 @@ from notabug.adapters.command import Command
 from notabug.adapters.config import ConfigError, Table
 from notabug.adapters.export.formats import FORMATS
 from notabug.adapters.files import SUFFIXES, Files
+from notabug.adapters.joined import Joined
 from notabug.adapters.process import DEFAULT, Limits
+from notabug.adapters.server import START_SECONDS
 
-COMMAND_KEYS = ("command", "version", "files", "scene", "image", "layer", "samples", "environment", "install")
-LIMIT_KEYS = ("timeout", "cpu", "memory", "output", "retries")
+COMMAND_KEYS = ("command", "version", "files", "scene", "image", "layer", "samples", "environment", "install", "server")
+LIMIT_KEYS = ("timeout", "start_timeout", "cpu", "memory", "output", "retries")
+JOINED_KEYS = ("not_together", "spheres")  # which the table of a known adapter may have as well
 FILES_KEYS = ("files", "layer", "version", "install")
 _CUT = frozenset({"json", "gltf", "pbrt", "povray", "mitsuba"})  # formats in which we cut n-gons, along 0-2
+OF_A_SERVER = ("threads", "folder")
+"""Placeholders of the command of a server: it reads the others, which change with the picture, from its input."""
 _DAY = 86400.0
 
 
@@ -58,13 +63,17 @@ def _command(name: str, table: Table) -> Command:
     for key in environment:
         if not key or "=" in key or "\0" in key:
             raise given.fault(key, "not a name of a variable")
-    for each in command:
-        settings.check_holes(table, "command", each)
-    for key, each in environment.items():
-        settings.check_holes(given, key, each)
-    for hole in ("scene", "image"):
+    serves = settings.flag(table, "server", False)
+    holes = OF_A_SERVER if serves else settings.PLACEHOLDERS
+    for word in command:
+        settings.check_holes(table, "command", word, holes)
+    for key, word in environment.items():
+        settings.check_holes(given, key, word, holes)
+    for hole in () if serves else ("scene", "image"):
         if not settings.names_hole([*command, *environment.values()], hole):
             raise table.fault("command", f"does not name {{{hole}}}", do="the renderer must be told its files")
+    if "start_timeout" in table.values and not serves:
+        raise table.fault("start_timeout", "is for servers", do="set server = true, or leave it out")
     depends = settings.words(table, "files")
     for each in depends:
         if not each or Path(each).is_absolute():
@@ -77,6 +86,7 @@ def _command(name: str, table: Table) -> Command:
         folder=table.folder,
         declared=declared.declaration(table, ngon_split="02" if scene in _CUT else "unknown"),
         capabilities=declared.capabilities(table),
+        not_together=declared.not_together(table),
         scene=scene,
         image=settings.choice(table, "image", "exr", sorted(each[1:] for each in SUFFIXES)),
         pixels=declared.pixels(table),
@@ -92,6 +102,8 @@ def _command(name: str, table: Table) -> Command:
             memory=settings.size(table, "memory", 0),
             output=settings.size(table, "output", DEFAULT.output),
         ),
+        server=serves,
+        start_timeout=settings.number(table, "start_timeout", START_SECONDS, 0.001, _DAY),
         retries=settings.whole(table, "retries", 0, 0, 10),
         install=settings.text(table, "install", f"see {table.where}"),
         key=_key(table),
@@ -105,6 +117,7 @@ def _files(name: str, table: Table) -> Files:
         folder=table.folder / settings.text(table, "files", ""),
         declared=declared.declaration(table, ngon_split="unknown"),
         capabilities=declared.capabilities(table),
+        not_together=declared.not_together(table),
         pixels=declared.pixels(table),
         srgb=declared.is_srgb(table),
         layer=settings.text(table, "layer", ""),
@@ -119,14 +132,16 @@ def _known(name: str, table: Table, known: Mapping[str, Adapter]) -> Adapter:
     base = settings.choice(table, "adapter", name, sorted(known))
     adapter: Any = known[base]
     fields = {each.name for each in dataclasses.fields(adapter)} if dataclasses.is_dataclass(adapter) else set()
-    fields -= {"name", "capabilities", "install"}
-    table.check_keys(["adapter", *fields])
+    fields -= {"name", "capabilities", "install", *JOINED_KEYS}
+    table.check_keys(["adapter", *fields, *JOINED_KEYS])
     hints = get_type_hints(type(adapter))
     changes: dict[str, Any] = {}
-    for key in table.values.keys() - {"adapter"}:
+    for key in table.values.keys() - {"adapter", *JOINED_KEYS}:
         changes[key] = _value(table, key, hints[key])
     made: Adapter = dataclasses.replace(adapter, name=name, **changes)
-    return made
+    if table.values.keys().isdisjoint(JOINED_KEYS):
+        return made
+    return Joined(made, declared.spheres(table), declared.not_together(table))
 
 
 def _value(table: Table, key: str, hint: object) -> object:

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from notabug.adapters import settings
-from notabug.adapters.base import Declaration
+from notabug.adapters.base import Apart, Declaration
 from notabug.adapters.config import ConfigError, Table
+from notabug.scenes_usd.nearest import instead_of
 from notabug.scenes_usd.picture_numbers import NUMBERS
 
 PIXELS = NUMBERS
@@ -24,7 +25,7 @@ RADIUS = {"point": 0.0, "box": 0.5, "tent": 1.0, "gaussian": 2.0, "unknown": 2.0
 _DERIVED = ("quantum", "relative_quantum", "shared_exponent", "white")
 _HINTS: dict[str, Any] = {name: hint for name, hint in get_type_hints(Declaration).items() if name not in _DERIVED}
 OF_NUMBERS = ("quantum", "white")  # of the output, where it is coarser than its file's format
-KEYS = (*_HINTS, *OF_NUMBERS, "pixels", "encoding", "capabilities")
+KEYS = (*_HINTS, *OF_NUMBERS, "pixels", "encoding", "capabilities", "not_together")
 CAPABILITIES = frozenset(
     {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
     | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows", "orthographic", "aperture_offset"}
@@ -219,3 +220,24 @@ def capabilities(table: Table) -> frozenset[str]:
             "capabilities", f"unknown capability {unknown[0]!r}", expected=f"some of {', '.join(sorted(CAPABILITIES))}"
         )
     return found
+
+
+def not_together(table: Table) -> tuple[Apart, ...]:
+    """Which of its capabilities the renderer does not have together in one scene."""
+    expected = 'lists of two or more capabilities, such as [["phong", "point_light"]]'
+    found = table.values.get("not_together", [])
+    if not isinstance(found, list) or not all(isinstance(words, list) for words in found):
+        raise table.fault("not_together", "not a list of lists", expected=expected, got=repr(found))
+    for words in found:
+        if not all(isinstance(word, str) for word in words) or len(set(words)) < 2:
+            raise table.fault("not_together", "not two capabilities or more", expected=expected, got=repr(words))
+        unknown = sorted(set(words) - CAPABILITIES)
+        if unknown:
+            expected, meant = instead_of(unknown[0], sorted(CAPABILITIES))
+            raise table.fault("not_together", f"unknown capability {unknown[0]!r}", expected=expected, do=meant)
+    return tuple(dict.fromkeys(Apart(frozenset(words)) for words in found))
+
+
+def spheres(table: Table) -> Literal["exact", "mesh"]:
+    """Whether the renderer gets exact spheres, or meshes in their places."""
+    return "mesh" if settings.choice(table, "spheres", "exact", get_args(_HINTS["spheres"])) == "mesh" else "exact"

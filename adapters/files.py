@@ -13,10 +13,11 @@ from dataclasses import dataclass
 from glob import escape
 from pathlib import Path
 
-from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError, UnsupportedError
+from notabug.adapters.base import Apart, Declaration, Found, Quality, Render, RendererMissingError, UnsupportedError
 from notabug.adapters.declared import PIXELS
 from notabug.adapters.process import failure
 from notabug.adapters.requirements import check_supported
+from notabug.adapters.spheres import as_given
 from notabug.scenes_usd.picture import PictureError, read_header, read_picture, write_exr
 from notabug.scenes_usd.scene import Scene
 
@@ -35,6 +36,7 @@ class Files:
     folder: Path
     declared: Declaration
     capabilities: frozenset[str]
+    not_together: tuple[Apart, ...] = ()
     pixels: str = "float"
     srgb: bool = False
     layer: str = ""  # the layer or part that is the picture, where files hold several
@@ -59,6 +61,7 @@ class Files:
 
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
         del quality
+        scene = as_given(scene, self.declared)
         check_supported(self, scene)
         if scene.adapted == "scene":
             what = "its pictures show the scene as its file is, not as it is adapted in memory"

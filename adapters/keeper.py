@@ -37,6 +37,7 @@ def main() -> None:
     program = os.fork()
     if program == 0:
         _become(prctl, status, output, cpu)
+    _let_go()
     signal.signal(signal.SIGCHLD, lambda *_: None)  # so that it wakes what waits for signals
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGCHLD})
     ended = _wait(program, None)
@@ -66,6 +67,14 @@ def _become(prctl: ctypes._NamedFuncPointer, status: int, output: int, cpu: int)
         os.write(status, f"failed {error.errno}\n".encode())
     finally:
         os._exit(127)
+
+
+def _let_go() -> None:
+    """Hold neither end of the program's pipes: who reads them sees that the program has closed its own."""
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for pipe in (0, 1):
+        os.dup2(nothing, pipe)
+    os.close(nothing)
 
 
 def _limit(kind: int, soft: int, hard: int) -> None:

@@ -105,13 +105,12 @@ _LIMIT: dict[str, tuple[str, str]] = {
 }
 
 
-def failure(what: str, *, where: str, got: str = "", log: str = "", do: str = "") -> RendererError:
+def failure(what: str, *, where: str, expected: str = "", got: str = "", log: str = "", do: str = "") -> RendererError:
     """A RendererError that quotes the last lines of ``log`` and carries all of it."""
     lines = [line.rstrip()[-_QUOTED:] for line in log.splitlines() if line.strip()][-_QUOTED_LINES:]
     quoted = "".join(f"\n  | {line}" for line in lines)
-    error = RendererError(
-        what, where=f"adapter {where!r}", got=got, do=(do or ("see what it printed" if lines else "")) + quoted
-    )
+    do = (do or ("see what it printed" if lines else "")) + quoted
+    error = RendererError(what, where=f"adapter {where!r}", expected=expected, got=got, do=do)
     error.log = log
     return error
 
@@ -151,7 +150,7 @@ def run_child(
         said = told.read().split()
         told.close()
     if said[:1] == ["failed"]:
-        raise _not_started(command, where, os.strerror(int(said[1])))
+        raise not_started(command, where, os.strerror(int(said[1])))
     code = os.waitstatus_to_exitcode(int(said[1])) if said else child.returncode
     seconds = float(said[2]) if said else time.perf_counter() - started
     if gone := replaced(before):
@@ -173,16 +172,17 @@ def start_child(
     *,
     where: str,
     stdin: int = subprocess.DEVNULL,
+    stderr: int = subprocess.STDOUT,
 ) -> tuple[subprocess.Popen[bytes], IO[str]]:
     """``command`` as a process, and what its keeper tells of its end; no word where the system has no keeper."""
     try:
-        return _start(command, folder, environment, limits, stdin)
+        return _start(command, folder, environment, limits, stdin, stderr)
     except (OSError, ValueError) as error:  # ValueError: a null byte
-        raise _not_started(command, where, getattr(error, "strerror", None) or str(error)) from error
+        raise not_started(command, where, getattr(error, "strerror", None) or str(error)) from error
 
 
 def _start(
-    command: Sequence[str], folder: Path, environment: Mapping[str, str], limits: Limits, stdin: int
+    command: Sequence[str], folder: Path, environment: Mapping[str, str], limits: Limits, stdin: int, stderr: int
 ) -> tuple[subprocess.Popen[bytes], IO[str]]:
     has_keeper = sys.platform.startswith("linux") and bool(sys.executable)
     words, told, tell = list(command), *os.pipe()
@@ -196,7 +196,7 @@ def _start(
             env=environment,
             stdin=stdin,
             stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
+            stderr=stderr,
             start_new_session=True,
             pass_fds=(tell,) if has_keeper else (),
         )
@@ -208,7 +208,8 @@ def _start(
     return child, os.fdopen(told, encoding="ascii")
 
 
-def _not_started(command: Sequence[str], where: str, got: str) -> RendererError:
+def not_started(command: Sequence[str], where: str, got: str) -> RendererError:
+    """The error of a program that the system could not start."""
     return failure(f"cannot start {command[0]}", where=where, got=got, do="is it executable?")
 
 

@@ -23,6 +23,12 @@ _OF_KEY: dict[str, Schema] = {
     "samples": {"type": "integer", "minimum": 1, "description": "Samples per pixel where a run asks for none."},
     "environment": {"type": "object", "additionalProperties": _TEXT},
     "install": {**_TEXT, "description": "How to install it: said where it is missing."},
+    "server": {"type": "boolean", "description": "Started once; reads one line of JSON for each picture."},
+    "start_timeout": {
+        "type": "number",
+        "exclusiveMinimum": 0,
+        "description": "Seconds in which a server says that it is ready.",
+    },
     "timeout": {"type": "number", "exclusiveMinimum": 0, "description": "Seconds for one picture."},
     "cpu": {"type": "number", "minimum": 0, "description": "Seconds of processor time for one picture; 0: no limit."},
     "memory": {**_SIZE, "description": "Bytes, or words such as 2 GiB; 0: no limit."},
@@ -31,6 +37,15 @@ _OF_KEY: dict[str, Schema] = {
     "pixels": {"enum": sorted(declared.PIXELS), "description": "The number format of the pictures."},
     "encoding": {"enum": ["linear", "srgb"]},
     "capabilities": {"type": "array", "items": {"enum": sorted(declared.CAPABILITIES)}, "uniqueItems": True},
+    "not_together": {
+        "type": "array",
+        "items": {
+            "type": "array",
+            "items": {"enum": sorted(declared.CAPABILITIES)},
+            "minItems": 2,
+        },
+        "description": "Capabilities that it does not have together in one scene.",
+    },
     "adapter": {**_TEXT, "description": "A known adapter, whose fields the other keys set."},
 }
 _KNOWN: Schema = {

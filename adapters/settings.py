@@ -69,15 +69,18 @@ def words(table: Table, key: str, default: Sequence[str] = ()) -> tuple[str, ...
     return tuple(found)
 
 
-def check_holes(table: Table, key: str, each: str) -> None:
-    """Raise ConfigError where ``each`` has a placeholder that there is not; ``{{`` and ``}}`` stand for braces."""
-    for match in _HOLE.finditer(each):
-        if match.group() not in ("{{", "}}") and match.group(1) not in PLACEHOLDERS:
+def check_holes(table: Table, key: str, word: str, names: Sequence[str] = PLACEHOLDERS) -> None:
+    """Raise ConfigError where ``word`` has a placeholder that is none of ``names``; ``{{`` and ``}}`` are braces."""
+    for match in _HOLE.finditer(word):
+        if match.group() not in ("{{", "}}") and match.group(1) not in names:
+            of_a_call = match.group(1) in PLACEHOLDERS
             raise table.fault(
                 key,
-                f"unknown placeholder {match.group()!r}",
-                expected=" ".join(f"{{{name}}}" for name in PLACEHOLDERS),
-                do="write {{ and }} for braces",
+                f"{match.group()!r} changes from picture to picture"
+                if of_a_call
+                else f"unknown placeholder {match.group()!r}",
+                expected=" ".join(f"{{{name}}}" for name in names),
+                do="a server reads it from the line of each job" if of_a_call else "write {{ and }} for braces",
             )
 
 

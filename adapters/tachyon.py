@@ -25,12 +25,12 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import (
+    Apart,
     Declaration,
     Found,
     Quality,
     Render,
     RendererMissingError,
-    UnsupportedError,
 )
 from notabug.adapters.bracketing import bracketed, bracketed_in_16_bits, subsamples_along
 from notabug.adapters.job_folder import job_folder, picture_path
@@ -47,6 +47,7 @@ _VERSION = re.compile(r"Tachyon .*Ray Tracer\s+Version ([\w.]+)")
 _PROBE_SECONDS = 30.0
 _HEADER = re.compile(rb"P6\s+(?:#[^\n]*\n\s*)*(\d+)\s+(\d+)\s+65535\s")
 ATTENUATION = 1e-6  # by which a point light's attenuation and colour are multiplied; 1 as a user would write it
+_UNATTENUATED = "Tachyon does not attenuate highlights with the distance of a point light"
 HIT_ERROR = 8.0 * 2.0**-53
 
 
@@ -71,6 +72,11 @@ class Tachyon:
     edit: Callable[[str], str] = str
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "point_light", "distant_light", "opacity", "phong", "blinn", "shadows"}
+    )
+    not_together: tuple[Apart, ...] = (
+        Apart(frozenset({"phong", "blinn"}), "Tachyon has one lobe for all of a picture"),
+        Apart(frozenset({"phong", "point_light"}), _UNATTENUATED),
+        Apart(frozenset({"blinn", "point_light"}), _UNATTENUATED),
     )
     install: str = "apt install tachyon-bin-nox"
 
@@ -99,7 +105,6 @@ class Tachyon:
 
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
         check_supported(self, scene)
-        _check_highlights(self.name, scene)
         seed = quality.seeds[0] if quality.seeds else 0
         image = picture_path(out, self.name, seed)
         with job_folder(out, self.name, keep=self.keep_jobs) as folder:
@@ -131,24 +136,6 @@ def _first_words(program: str) -> str:
     """What Tachyon prints before it looks for its scene, which is not there."""
     with temporary_folder() as folder:
         return run_child([program, "none.dat"], where="tachyon", folder=folder, timeout=_PROBE_SECONDS).log
-
-
-def _check_highlights(name: str, scene: Scene) -> None:
-    """Raise UnsupportedError for lobes of two kinds, and where a highlight is lit by a point light."""
-    lobes = _lobes(scene)
-    if len(lobes) > 1:
-        raise UnsupportedError(
-            "Phong's and Blinn's lobes in one scene: Tachyon has one lobe for all of a picture",
-            where=f"adapter {name!r}",
-            do="choose another renderer for this scene",
-        )
-    if lobes and any(light.kind == "point" for light in scene.lights):
-        raise UnsupportedError(
-            "a highlight under a point light: Tachyon does not attenuate highlights with the distance",
-            where=f"adapter {name!r}",
-            expected="highlights under distant lights only",
-            do="choose another renderer for this scene",
-        )
 
 
 def _lobes(scene: Scene) -> set[str]:

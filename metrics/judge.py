@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
+from notabug.adapters.spheres import as_given
 from notabug.metrics import perceive as eye
 from notabug.metrics.admissible import Admissible, admissible, reckonable, suspected
 from notabug.metrics.causes import gain_message
@@ -72,6 +73,7 @@ def judge(
     verdict's word is the same. ``others`` gives references of other scenes, to recognise a picture that belongs to one
     of them.
     """
+    scene = as_given(scene, declaration)
     bare = predict(scene, ())
     if not reckonable(bare):
         raise _no_reference(scene, bare)

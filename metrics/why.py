@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
+from notabug.adapters.spheres import as_given
 from notabug.metrics.admissible import admissible
 from notabug.metrics.image_checks import invalid
 from notabug.references.models.model import Model, models
@@ -134,6 +135,7 @@ def explain_pixel(
     cost nothing. A model whose edge only touches the pixel may be missed. ``told`` are the names in the verdict on the
     whole picture: those models are looked at first, and are told first of those that fit.
     """
+    scene = as_given(scene, declaration)
     wrong = invalid([np.nan_to_num(pixels)], scene.height, scene.width)
     if wrong is not None and wrong.name in ("wrong_size", "wrong_channels"):
         raise NotabugError(wrong.message, where="picture", do="give the picture of this scene")

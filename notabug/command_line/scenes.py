@@ -63,13 +63,16 @@ def export(
         Variants, typer.Option(help="Default variants only, or each set varied in turn.")
     ] = Variants.default,
     out: Annotated[Path, typer.Option(help="Folder for class/scene/variant/.")] = Path("notabug-scenes"),
+    meshes: Annotated[
+        bool, typer.Option("--spheres-as-meshes", help='Write exact spheres as meshes: for spheres = "mesh".')
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Write scenes for renderers that read no USD, with scene.json beside each."""
     from notabug.commands.export import command
 
     raise typer.Exit(
-        command(scenes or [], chosen.variants, variants is Variants.all, to.value, out, as_json, chosen.view)
+        command(scenes or [], chosen.variants, variants is Variants.all, to.value, out, as_json, chosen.view, meshes)
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from notabug.adapters.export.formats import export
+from notabug.adapters.spheres import with_meshes
 from notabug.exit_codes import ExitCode
 from notabug.runs.folders import scene_folder
 from notabug.runs.own_folder import claim
@@ -24,13 +25,17 @@ def command(
     out: Path,
     as_json: bool = False,
     view: View = AS_IT_IS,
+    meshes: bool = False,
 ) -> ExitCode:
-    """Write the selection as ``kind`` below ``out`` and print what a renderer is to open, a line each."""
+    """Write the selection as ``kind`` below ``out`` and print what a renderer is to open, a line each.
+
+    With ``meshes`` exact spheres become meshes, as for a renderer that declares ``spheres = "mesh"``.
+    """
     claim(out, "export")
     written = []
     for choice in choose(scenes, parse_variants(variants), every_variant=every_variant, view=view):
         taken = take_scene(choice.source, choice.variants, choice.view)
-        scene = taken.scene
+        scene = with_meshes(taken.scene) if meshes else taken.scene
         if taken.says:
             console(stderr=True).print(taken.told(choice.source), markup=False, soft_wrap=True)
         folder = scene_folder(out, choice.folder or choice.id, scene.variant)

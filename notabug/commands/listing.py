@@ -12,6 +12,7 @@ from rich.text import Text
 from notabug.adapters.base import RendererMissingError
 from notabug.adapters.declared import declarations
 from notabug.adapters.registry import adapters
+from notabug.adapters.requirements import not_together
 from notabug.exit_codes import ExitCode
 from notabug.metrics.policy import entries, plain
 from notabug.printable import escaped
@@ -45,14 +46,16 @@ def list_variants() -> list[dict[str, object]]:
 
 
 def list_renderers() -> list[dict[str, object]]:
-    """Every adapter: the renderer's version or how to install it, and what it can draw."""
+    """Every adapter: the renderer's version or how to install it, and what it can draw, not all of it together."""
     rows: list[dict[str, object]] = []
     for name, adapter in adapters().items():
         try:
             version = adapter.find().version
         except RendererMissingError:
             version = f"not installed: {adapter.install}"
-        rows.append({"renderer": name, "version": version, "capabilities": sorted(adapter.capabilities)})
+        apart = [str(each) for each in not_together(adapter)]
+        capabilities = sorted(adapter.capabilities)
+        rows.append({"renderer": name, "version": version, "capabilities": capabilities, "not_together": apart})
     return rows
 
 

@@ -16,7 +16,8 @@ _VARYING = (
 )
 
 
-_NEEDS = re.compile(r" needs ([a-z_]+(?:, [a-z_]+)*);")  # as adapters.requirements says it
+_WORDS = r"[a-z_]+(?: with [a-z_]+)*"  # a feature, or several that are missing together alone
+_NEEDS = re.compile(rf" needs ({_WORDS}(?:, {_WORDS})*);")  # as adapters.requirements says it
 
 
 @dataclass(frozen=True, slots=True)

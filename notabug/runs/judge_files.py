@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from notabug.adapters.base import Declaration
+from notabug.adapters.spheres import as_given
 from notabug.metrics.judge import Judgement, judge
 from notabug.metrics.verdict import Verdict
 from notabug.references.store import others
@@ -62,7 +63,13 @@ def judge_pictures(
         (width, height),
         time.perf_counter() - start,
         _told([picture.judged for picture in pictures]),
-        _told([*([] if judgement.reference.any() else [(BLACK,)]), *(picture.notes for picture in pictures)]),
+        _told(
+            [
+                as_given(scene, declaration).notes[len(scene.notes) :],
+                *([] if judgement.reference.any() else [(BLACK,)]),
+                *(picture.notes for picture in pictures),
+            ]
+        ),
     )
 
 

@@ -80,7 +80,7 @@ def test_what_it_cannot_draw_is_named(stage: Any) -> None:
     shiny = {"specular": (0.1,) * 3}
     distant, point = stage.distant((0, 0, 1)), stage.point((0, 0, 1))
     for look, light, why in (
-        (shiny, point, "a highlight under a point light"),
+        (shiny, point, "needs phong with point_light"),
         (shiny | {"cosine_weighted": True}, distant, "needs cosine_weighted"),
         ({"opacity": 0.5}, point, "needs opacity"),
     ):

@@ -99,7 +99,7 @@ def test_a_picture_that_is_not_there_is_an_error_although_tachyon_exits_with_0(s
 
 def test_what_it_cannot_draw_is_named(stage: Any, tachyon: Tachyon) -> None:
     shiny = {"specular": (0.1,) * 3, "exponent": 8.0}
-    with pytest.raises(UnsupportedError, match="point light"):
+    with pytest.raises(UnsupportedError, match="phong with point_light"):
         stage.draw(tachyon, floor(stage, **shiny))
     two = stage.replace(
         floor(stage),

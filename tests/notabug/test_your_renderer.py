@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import json
+import os
+import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
+
+from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.writer import write_scene
 
 pytestmark = pytest.mark.slow
 
@@ -76,3 +83,47 @@ def test_its_faults_are_found(compiler: str, tmp_path: Path, right: str, wrong: 
     found = run(compiler, tmp_path, source.replace(right, wrong), "terminator/sphere")["terminator/sphere"]
     assert found[0] == word
     assert says in found[2]
+
+
+DOCS = SOURCE.parent
+PAGE = (DOCS / "your-renderer.md").read_text("utf-8")
+SERVER = (DOCS / "tiny_server.py").read_text("utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.M | re.S)
+
+
+def test_the_page_shows_the_server_as_it_is() -> None:
+    (shown,) = (block for block in blocks("python") if "notabug_server" in block)
+    for part in shown.split("\n\n"):
+        assert part.replace("numpy as np  # stands", "numpy as np  # noqa: E402 - stands").strip() in SERVER
+
+
+def test_the_server_of_the_page_is_judged_and_two_workers_have_one_each(tmp_path: Path) -> None:
+    """With the page's own table; each process of a server says its number, and none is left."""
+    (config,) = (block for block in blocks("toml") if "server = true" in block)
+    (tmp_path / "notabug.toml").write_text(config)
+    started = tmp_path / "started"
+    told = f"with open({str(started)!r}, 'a') as file:\n    print(os.getpid(), os.getcwd(), file=file)\n"
+    (tmp_path / "tiny_server.py").write_text(SERVER.replace("\nprint(json", f"\n{told}print(json", 1))
+    scenes = []
+    for place in range(4):
+        scene = read_scene("terminator/sphere", {"tessellation": "8x4"})
+        scenes.append(tmp_path / f"scene{place}.usda")
+        write_scene(replace(scene, width=24 + place, height=24 + place), scenes[-1])
+    done = subprocess.run(
+        [sys.executable, "-m", "notabug", "run", "-r", "served", "--jobs", "2", "--json", *map(str, scenes)],
+        cwd=tmp_path,
+        env={**os.environ, "PATH": os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    results = json.loads(done.stdout)["results"]
+    lines = [line.split() for line in started.read_text().splitlines()]
+    assert [result["verdict"] for result in results] == ["limitation"] * 4, done.stderr
+    assert done.returncode == 0
+    assert 2 <= len(lines) <= 4  # one drew the card, and each worker has one
+    assert len({folder for _, folder in lines}) == len(lines)
+    assert not any(psutil.pid_exists(int(pid)) for pid, _ in lines)
