@@ -37,7 +37,10 @@ STRIPED_SCATTER = 8.0  # over the root of the number of pixels: two standard dev
 LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
 # Nor is one that scatters dots: without an epsilon chance decides at each hit, so half of all samples are wrong.
 LEAST_DOTTED = 0.3
-LEAST_FOUGHT = 0.02  # of what surfaces share to the last bits: renderers show another one at a sixth of it or more
+# Of what surfaces share to the last bits: renderers show another one at a sixth of it or more. Where depths are so coarse
+# that nearly all are equal, one surface is seen but for dots, each by itself: random dots of less than LEAST_FOUGHT have
+# none within the 5 x 5 pixels around them in (1 - .02)^24 = .62 of all cases.
+LEAST_FOUGHT, LEAST_ALONE = 0.02, 0.5
 NOISE = 3.0  # standard errors beyond which a pixel is off
 LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots
 ALONE = 0.06  # of the 5 x 5 pixels around a dot: less than two of them
@@ -200,16 +203,25 @@ def fought(
     base: Admissible,
     *values: Admissible,
 ) -> Explained:
-    """What ``explained`` admits, if it touches enough of what surfaces share to the last bits.
+    """What ``explained`` admits, if it touches enough of what surfaces share to the last bits, or pixels by themselves.
 
     There one sees the ``first`` or ``another``; what lies on the straight way between them may be rare in each pixel.
     """
     surely = support(first, another)
     off = _off(measured, base, surely)
-    if surely.any() and np.count_nonzero(off) < LEAST_FOUGHT * np.count_nonzero(surely):
-        return _nothing(base)
     between = _between(measured, base, (another, first), off) > MOST_BETWEEN
+    few = surely.any() and np.count_nonzero(off) < LEAST_FOUGHT * np.count_nonzero(surely)
+    if few and not (base.share_is_point and between and _by_themselves(off)):
+        return _nothing(base)
     return mixed_only(explained, MEAN_FOUGHT if between else MEAN_ALPHA, measured, base, *values)
+
+
+def _by_themselves(off: Bools) -> bool:
+    """Whether most of the pixels ``off`` (h, w) have no other of them near."""
+    from scipy import ndimage
+
+    around = ndimage.uniform_filter(off.astype(np.float64), 5, mode="constant")
+    return bool(off.any()) and float((around[off] < ALONE).mean()) >= LEAST_ALONE
 
 
 def _off(measured: Measured, base: Admissible, within: Bools) -> Bools:
