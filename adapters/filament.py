@@ -22,9 +22,7 @@ from notabug.adapters.textures import same_wraps
 from notabug.adapters.zbuffer import grid, rasterised
 from notabug.scenes_usd.scene import Scene
 
-FARTHEST = (
-    64.0  # of what lamps light, from the eye: Filament lights nothing with them beyond 100, unless told otherwise
-)
+FARTHEST = 64.0  # of what lamps light, from the eye: Filament dims that beyond 89, and leaves it black beyond 100
 HALF = 2.0**-10  # of a value: a step of a half float, which llvmpipe cuts off and does not round
 _DRIVER = "apt install libegl1 libgl1 libgl1-mesa-dri"
 _SCRIPT = "filament_child.py"

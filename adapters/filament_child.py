@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 _LARGEST = 16384  # samples along an edge of the picture: Mesa's largest framebuffer
 _STEPS = 255.0  # of filly's pictures between 0 and 1
-_FINER = 16  # exposures from one brightness to twice that: an interval is 1/16 of a step of 8 bits, or narrower
-_OCTAVES = 6  # of exposures above the one that clips nothing, for what is dark
+_FINER = 12  # exposures from one brightness to twice that: an interval is 1/12 of a step of 8 bits, or narrower
+_OCTAVES = 4  # of exposures above the one that clips nothing, for what is dark
 _FILM = math.log2(1.0 / 1.2)  # the exposure value (EV100) at which Filament's picture is the luminance
 _BRIGHTEST, _DIMMEST = 0.98, 2.0**-60  # where the exposure that clips nothing puts the peak, and where it is given up
 _REACH = 64.0  # times the size of the scene: how far lamps reach. Filament dims what is near the end of that
@@ -77,6 +77,8 @@ def _lit(
         _objects(renderer, scene, job, arrays)
         reach = _REACH * _size(job, arrays)
         lamps = [_light(scene, light, job["unit"], reach) for light in lights if any(light["intensity"])]
+        if not lamps:
+            return np.zeros((target.height, target.width, 3))
         scene.camera = _camera(renderer, job["camera"], job["unit"])
         return _bracketed(renderer, scene, target, lamps)
     finally:
@@ -86,8 +88,7 @@ def _lit(
 def _bracketed(
     renderer: filly.Renderer, scene: filly.Scene, target: filly.RenderTarget, lamps: list[filly.Light]
 ) -> npt.NDArray[np.float64]:
-    """The values that every picture of the series agrees with; a step of 8 bits alone would be 1/255 of the brightest."""
-
+    """The values that all pictures of a series agree with; a step of 8 bits alone is 1/255 of the brightest."""
     bright = [lamp.intensity for lamp in lamps]
 
     def shoot(gain: float) -> npt.NDArray[np.uint8]:
@@ -113,7 +114,6 @@ def _bracketed(
         step = 1.0 / (_STEPS * brighter)
         np.maximum(low, (picture - 0.5) * step, out=low)
         np.minimum(high, np.where(picture < _STEPS, (picture + 0.5) * step, np.inf), out=high)
-    low[high <= 0.5 * step * (1.0 + 1e-9)] = 0.0
     return np.where(picture == 0, 0.0, 0.5 * (low + high))
 
 
@@ -133,7 +133,7 @@ def _objects(renderer: filly.Renderer, scene: filly.Scene, job: Job, arrays: Arr
 
 
 def _glb(shape: ShapeSaid, diffuse: list[float], textured: bool, arrays: Arrays, unit: float) -> bytes:
-    """A binary glTF of one mesh, one vertex for each corner of its triangles; it is matt, since ``specularFactor`` is 0."""
+    """A binary glTF of one mesh, one vertex for each corner of its triangles; ``specularFactor`` 0 makes it matt."""
     corners = arrays[shape["triangles"]].ravel()
     points = arrays[shape["points"]][arrays[shape["corners"]][corners]] * unit
     if "normals" in shape:

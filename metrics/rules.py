@@ -37,9 +37,9 @@ STRIPED_SCATTER = 8.0  # over the root of the number of pixels: two standard dev
 LEAST_TOUCHED = 0.1  # a fault that may do anything, or anywhere, is none that touches less than this of its support
 # Nor is one that scatters dots: without an epsilon chance decides at each hit, so half of all samples are wrong.
 LEAST_DOTTED = 0.3
-# Of what surfaces share to the last bits: renderers show another one at a sixth of it or more. Where depths are so coarse
-# that nearly all are equal, one surface is seen but for dots, each by itself: random dots of less than LEAST_FOUGHT have
-# none within the 5 x 5 pixels around them in (1 - .02)^24 = .62 of all cases.
+# Of what surfaces share to the last bits: renderers show another one at a sixth of it or more. Where depths are so
+# coarse that nearly all are equal, one surface is seen but for dots, each by itself: random dots of less than
+# LEAST_FOUGHT have none within the 5 x 5 pixels around them in (1 - .02)^24 = .62 of all cases.
 LEAST_FOUGHT, LEAST_ALONE = 0.02, 0.5
 NOISE = 3.0  # standard errors beyond which a pixel is off
 LEAST_GRAIN = 0.01  # root mean square by which shares differ from those around them, where there are dots

@@ -14,7 +14,9 @@ from notabug.references.raster.picture import raster_picture
 from notabug.scenes_usd.scene import Texture
 
 NORMAL = np.array([0.0, 0.0, 1.0])
-ROUNDED = 1.5 * HALF  # of a value: a half float whose last place is cut off, and half a step of what reads it
+ROUNDED = (
+    2.0 * HALF
+)  # of a value: a half float whose last place is cut off, and what 8 bits under many lights leave open
 
 
 @pytest.mark.slow

@@ -226,7 +226,7 @@ FILAMENT: dict[str, tuple[str, dict[str, Any], set[str]]] = {
     "uv_swapped": ("texture/perspective_floor", {"edit": _uv_swapped}, {"swapped_uv"}),
     "upside_down": ("calibration/card", {"edit": _upside_down}, {"rotated", "orientation"}),
     "normals_upside_down": ("acne/sphere", {"edit": _normals_upside_down}, {"normals_flipped", "clamped"}),
-    "its_own_far_lamps": ("visibility/near_clip", {"unit": 64.0}, {"light_missing", "all_black"}),
+    "its_own_far_lamps": ("visibility/near_clip", {"unit": 64.0}, {"black"}),
 }
 
 CYCLES: dict[str, tuple[str, dict[str, Any], set[str]]] = {
