@@ -23,6 +23,7 @@ from notabug.scenes_usd.temporary import temporary_folder
 COMPLETE = "notabug-environment.json"  # in the environment's folder once all of it is there: what was installed
 PACKAGES = "node_modules"  # in the environment's folder, where npm puts packages
 _PROBE_SECONDS = 60.0
+_QUOTED = 200  # characters of what a probe printed last
 _TELL = "import sys, importlib.metadata as m; print(m.version(sys.argv[1]))"
 
 
@@ -58,6 +59,7 @@ RECIPES: dict[str, Recipe] = {
         licence="GPL-3.0-or-later",
         python="3.13",
     ),
+    "filament": Recipe(("filly==0.2.1", "numpy==2.4.6"), megabytes=104, licence="Apache-2.0"),
     "luxcore": Recipe(("pyluxcore==2.11.2", "numpy==2.4.6"), megabytes=280, licence="Apache-2.0"),
     "panda3d": Recipe(("panda3d==1.10.16", "numpy==2.4.6"), megabytes=270, licence="BSD-3-Clause"),
     "pygfx": Recipe(
@@ -124,3 +126,23 @@ def _version_in(python: str, distribution: str) -> str:
         except RendererError:
             return ""
     return ended.log.strip() if not ended.exit and not ended.stopped else ""
+
+
+@cache
+def probed(python: str, script: str, *, where: str, what: str, driver: str) -> str:
+    """The last line that ``script``, one beside this file, prints by ``python`` with ``--probe``: what would draw.
+
+    Raises RendererMissingError, saying ``what`` is missing and how to get a ``driver``, where the script fails.
+    """
+    command = [python, "-P", str(Path(__file__).with_name(script)), "--probe"]
+    with temporary_folder() as folder:
+        ended = run_child(command, where=where, folder=folder, timeout=_PROBE_SECONDS)
+    said = ended.log.strip().splitlines()[-1:]
+    if ended.exit or ended.stopped or not said:
+        raise RendererMissingError(
+            what,
+            where=f"adapter {where!r}",
+            got=said[0][-_QUOTED:] if said else f"exit code {ended.exit}",
+            do=f"install a driver ({driver})",
+        )
+    return said[0]

@@ -6,23 +6,18 @@ highlights are Blinn's, multiplied by (n + 2)/8 and by N.L, as in three.js.
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 
-from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError, UnsupportedError
+from notabug.adapters.base import Declaration, Found, Quality, Render, UnsupportedError
 from notabug.adapters.child_job import Edit, Script
-from notabug.adapters.environment import environment_python, version_in
-from notabug.adapters.process import run_child
+from notabug.adapters.environment import environment_python, probed, version_in
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
 from notabug.adapters.zbuffer import grid, rasterised
 from notabug.scenes_usd.scene import Scene
 
 UNIT = 1024.0  # a power of two, by which float32 numbers are multiplied without rounding
-_PROBE_SECONDS = 60.0
-_QUOTED = 200  # characters of what the probe printed last
 _DRIVER = "apt install mesa-vulkan-drivers libvulkan1"
 _SCRIPT = "pygfx_child.py"
 
@@ -64,7 +59,8 @@ class Pygfx:
     def find(self) -> Found:
         python = self._python()
         version = version_in(python, "pygfx", where=self.name, install="notabug install pygfx")
-        return Found(f"{version} ({_device(python, self.name)})", python)
+        device = probed(python, _SCRIPT, where=self.name, what="no device that draws in float32", driver=_DRIVER)
+        return Found(f"{version} ({device})", python)
 
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
         check_supported(self, scene)
@@ -91,23 +87,6 @@ def _check_highlights(name: str, scene: Scene) -> None:
                 got=f"{max(material.specular):g}",
                 do=f"choose another renderer than {name} for this scene",
             )
-
-
-@cache
-def _device(python: str, name: str) -> str:
-    """What draws in float32; raises RendererMissingError where nothing does."""
-    command = [python, "-P", str(Path(__file__).with_name(_SCRIPT)), "--probe"]
-    with tempfile.TemporaryDirectory(prefix="notabug-pygfx-") as folder:
-        ended = run_child(command, where=name, folder=Path(folder), timeout=_PROBE_SECONDS)
-    said = ended.log.strip().splitlines()[-1:]
-    if ended.exit or ended.stopped or not said:
-        raise RendererMissingError(
-            "no device that draws in float32",
-            where=f"adapter {name!r}",
-            got=said[0][-_QUOTED:] if said else f"exit code {ended.exit}",
-            do=f"install a Vulkan driver ({_DRIVER})",
-        )
-    return said[0]
 
 
 register(Pygfx())

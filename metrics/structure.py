@@ -86,10 +86,21 @@ class Crossing:
         another = trial.predict((*trial.chosen, replace(trial.model, options=trial.model.sure, others=())))
         surely = support(first, another)
         off = trial.off(surely)
-        if surely.any() and np.count_nonzero(off) < POLICY.rules.least_fought * np.count_nonzero(surely):
-            return False
         rare = _between(trial, (another, first), off) > POLICY.rules.most_between
+        if surely.any() and np.count_nonzero(off) < POLICY.rules.least_fought * np.count_nonzero(surely):
+            # a depth buffer that holds nearly all depths alike shows one surface but for dots
+            if not (trial.base.share_is_point and rare and _by_themselves(off)):
+                return False
         return _mixed(trial, found, POLICY.rules.mean_fought if rare else POLICY.rules.mean_alpha)
+
+
+def _by_themselves(off: Bools) -> bool:
+    """Whether most of the pixels ``off`` (h, w) have no other of them near."""
+    from scipy import ndimage
+
+    numbers = POLICY.rules
+    around = ndimage.uniform_filter(off.astype(np.float64), numbers.around, mode="constant") * numbers.around**2
+    return bool(off.any()) and float((around[off] < numbers.alone).mean()) >= numbers.least_alone
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,7 @@ import pytest
 from notabug.adapters.babylon import Babylon
 from notabug.adapters.base import Adapter, RendererMissingError
 from notabug.adapters.cycles import Cycles
+from notabug.adapters.filament import Filament
 from notabug.adapters.luxcore import LuxCore
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.opengl import OpenGL
@@ -94,6 +95,12 @@ def babylon() -> Babylon:
 def cycles() -> Cycles:
     """The Cycles adapter."""
     return _installed(Cycles())
+
+
+@pytest.fixture(scope="session")
+def filament() -> Filament:
+    """The Filament adapter, in a process that stays."""
+    return _installed(Filament())
 
 
 @pytest.fixture(scope="session")

@@ -51,6 +51,7 @@ def render(adapter: Adapter, scene: Scene, quality: Quality) -> tuple[Cost, Floa
 
 def _work(adapter: Adapter, scene: Scene, quality: Quality) -> tuple[bool, Cost, Floats]:
     """In the fresh process: (whether the adapter drew in it, the cost, the picture)."""
+    from notabug.adapters.kept import end_kept
     from notabug.scenes_usd.picture import read_picture
 
     before = _used(resource.RUSAGE_CHILDREN)
@@ -58,6 +59,7 @@ def _work(adapter: Adapter, scene: Scene, quality: Quality) -> tuple[bool, Cost,
     with tempfile.TemporaryDirectory(prefix="notabug-") as folder, _Watch() as watch:
         made = adapter.render(scene, Path(folder), quality)
         wall = time.perf_counter() - start
+        end_kept()  # what a child has used counts once it has ended
         pixels: Floats = np.asarray(
             np.mean([read_picture(each.image).pixels for each in made], axis=0, dtype=np.float64)
         )

@@ -10,6 +10,7 @@ from notabug.adapters.inhouse import InHouse
 from notabug.adapters.llvm import find_library
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.povray import PovRay
+from notabug.adapters.registry import adapter
 from notabug.bench.efficiency import Line, Setting
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
@@ -23,6 +24,12 @@ RANDOM = (-0.5, "independent samples: the rms error falls as samples^-1/2")
 GRID = (-0.75, "a regular grid across edges: samples^-3/4 (Mitchell 1996)")
 FACETS = (-0.75, "a band of width 1/n, dark by up to 1/n, n^2 facets: facets^-3/4")
 QUADS = (-1.0, "linear interpolation in cells of width h is off by h^2: facets^-1")
+
+# Renderers that are one adapter each, with what they make of more samples. Their own conventions are in their floors.
+SINGLE = {
+    **dict.fromkeys(("babylon", "filament", "panda3d", "pygfx", "tachyon", "threejs", "vtk"), GRID),
+    **dict.fromkeys(("cycles", "luxcore"), RANDOM),
+}
 
 ALL = ("8x4", "16x8", "24x12", "48x24", "96x48")
 GRIDS = ("split02", "grid2", "grid4", "grid8", "grid15", "grid30")
@@ -43,6 +50,8 @@ def renderers(*, quick: bool = False) -> list[Renderer]:
         found.append(("mitsuba scalar", Mitsuba(variant="scalar_rgb"), few, RANDOM))
         if find_library().path is not None:
             found.append(("mitsuba llvm", Mitsuba(variant="llvm_ad_rgb"), few if quick else (*few, 256), RANDOM))
+    others = ((name, adapter(name), theory) for name, theory in sorted(SINGLE.items()))
+    found += [(name, each, few, theory) for name, each, theory in others if _there(each)]
     return found
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import re
 import shutil
 import sys
 import tempfile
@@ -112,8 +114,11 @@ def _step(what: str, words: list[str], name: str, do: str) -> None:
 
 
 def find_python(version: str, chosen: str = "") -> str:
-    """An interpreter of ``version`` ("" for any that notabug runs on): the ``chosen`` one, this one, one on PATH."""
-    names = [chosen] if chosen else [sys.executable, f"python{version}", "python3", "python"]
+    """An interpreter of ``version`` ("" for any that notabug runs on): the ``chosen`` one, this one, one on PATH.
+
+    Then those of pyenv and uv, which need not be on PATH.
+    """
+    names = [chosen] if chosen else [sys.executable, f"python{version}", "python3", "python", *_kept_pythons(version)]
     found = []
     for name in names:
         path = shutil.which(name)
@@ -130,6 +135,20 @@ def find_python(version: str, chosen: str = "") -> str:
         got="; ".join(found) or ", ".join(names),
         do="install one (apt, pyenv, uv), and name it with --python PATH",
     )
+
+
+def _kept_pythons(version: str) -> list[str]:
+    """Interpreters of ``version`` that pyenv and uv keep where they do by default, the newest first."""
+    home = Path.home()
+    pyenv = Path(os.environ.get("PYENV_ROOT") or home / ".pyenv") / "versions"
+    data = Path(os.environ.get("XDG_DATA_HOME") or home / ".local" / "share")
+    uv = Path(os.environ.get("UV_PYTHON_INSTALL_DIR") or data / "uv" / "python")
+    found = [*pyenv.glob(f"{version}.*/bin/python"), *uv.glob(f"cpython-{version}.*/bin/python3")] if version else []
+    return [str(path) for path in sorted(found, key=_by_number, reverse=True)]
+
+
+def _by_number(path: Path) -> tuple[int, ...]:
+    return tuple(int(number) for number in re.findall(r"\d+", path.parent.parent.name))
 
 
 def _run(words: list[str], name: str, seconds: float) -> Ended:

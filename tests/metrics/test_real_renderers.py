@@ -18,13 +18,15 @@ import pytest
 from notabug.adapters.babylon import Babylon
 from notabug.adapters.base import Adapter, Quality
 from notabug.adapters.child_job import Arrays
+from notabug.adapters.cycles import Cycles
+from notabug.adapters.filament import Filament
 from notabug.adapters.luxcore import LuxCore
 from notabug.adapters.tachyon import Tachyon
 from notabug.metrics.verdict import Verdict
 from notabug.scenes_usd.scene import Scene
 
-RENDERERS = ("babylon", "luxcore", "panda3d", "pygfx", "tachyon", "threejs", "vtk")
-TEXTURED = ("babylon", "luxcore", "panda3d", "pygfx", "threejs", "vtk")
+RENDERERS = ("babylon", "cycles", "filament", "luxcore", "panda3d", "pygfx", "tachyon", "threejs", "vtk")
+TEXTURED = ("babylon", "cycles", "filament", "luxcore", "panda3d", "pygfx", "threejs", "vtk")
 Z_BUFFERS = ("babylon", "panda3d", "pygfx", "threejs", "vtk")
 Job = dict[str, Any]
 
@@ -66,6 +68,8 @@ def test_the_card_with_a_texture_passes(studio: Any, request: pytest.FixtureRequ
     ("name", "scene", "limitations"),
     [
         ("babylon", "texture/perspective_floor", ["subpixel_grid"]),
+        ("cycles", "terminator/sphere", ["facet_self_shadow"]),
+        ("filament", "texture/uneven_quad", ["quad_split_02"]),
         ("luxcore", "terminator/sphere", ["facet_self_shadow"]),
         ("panda3d", "phong/interpolation", ["gouraud_interpolation", "lobe_blinn"]),
         ("panda3d", "separation/t_highlight", ["gouraud_interpolation"]),
@@ -150,7 +154,7 @@ def test_a_mutant_of_a_z_buffer_is_a_bug(studio: Any, request: pytest.FixtureReq
     _check_mutant(studio, replace(request.getfixturevalue(name), edit=edit), mutant, scene, names)
 
 
-# ---- more mutants of the renderers in a browser
+# ---- more mutants of the renderers with shaders of their own
 
 
 def _rounder_highlights(job: Job, arrays: Arrays) -> None:
@@ -164,15 +168,17 @@ def _upside_down(job: Job, arrays: Arrays) -> None:
     job["camera"]["to_world"] = (turn @ np.array(job["camera"]["to_world"])).tolist()
 
 
-BROWSERS: dict[str, tuple[str, Callable[[Job, Arrays], object], set[str]]] = {
+SHADERS: dict[str, tuple[str, Callable[[Job, Arrays], object], set[str]]] = {
     "rounder_highlights": ("phong/floor_lobes", _rounder_highlights, {"exponent"}),
     "upside_down": ("calibration/card", _upside_down, {"rotated", "orientation"}),
 }
 
 
-@pytest.mark.parametrize(("name", "mutant"), [(name, mutant) for name in ("babylon", "threejs") for mutant in BROWSERS])
-def test_a_mutant_in_a_browser_is_a_bug(studio: Any, request: pytest.FixtureRequest, name: str, mutant: str) -> None:
-    scene, edit, names = BROWSERS[mutant]
+@pytest.mark.parametrize(
+    ("name", "mutant"), [(name, mutant) for name in ("babylon", "pygfx", "threejs") for mutant in SHADERS]
+)
+def test_a_mutant_with_shaders_is_a_bug(studio: Any, request: pytest.FixtureRequest, name: str, mutant: str) -> None:
+    scene, edit, names = SHADERS[mutant]
     _check_mutant(studio, replace(request.getfixturevalue(name), edit=edit), mutant, scene, names)
 
 
@@ -209,6 +215,39 @@ LUXCORE: dict[str, tuple[str, dict[str, Any], set[str]]] = {
 def test_a_mutant_of_luxcore_is_a_bug(studio: Any, luxcore: LuxCore, mutant: str) -> None:
     scene, changes, names = LUXCORE[mutant]
     _check_mutant(studio, replace(luxcore, **changes), mutant, scene, names)
+
+
+# ---- mutants of Filament, which draws matt surfaces, and of Cycles, which draws them with shadows
+
+FILAMENT: dict[str, tuple[str, dict[str, Any], set[str]]] = {
+    "missing_pi": ("calibration/plain_card", {"edit": _light_times(math.pi)}, {"light_gain"}),
+    "half_pixel": ("calibration/card", {"edit": _half_pixel}, {"pixel_shift"}),
+    "gamma_twice": ("calibration/plain_card", {"edit": _gamma_in_colours}, {"gamma"}),
+    "uv_swapped": ("texture/perspective_floor", {"edit": _uv_swapped}, {"swapped_uv"}),
+    "upside_down": ("calibration/card", {"edit": _upside_down}, {"rotated", "orientation"}),
+    "normals_upside_down": ("acne/sphere", {"edit": _normals_upside_down}, {"normals_flipped", "clamped"}),
+    "its_own_far_lamps": ("visibility/near_clip", {"unit": 64.0}, {"black"}),
+}
+
+CYCLES: dict[str, tuple[str, dict[str, Any], set[str]]] = {
+    "missing_pi": ("calibration/plain_card", {"edit": _light_times(math.pi)}, {"light_gain"}),
+    "half_pixel": ("calibration/card", {"edit": _half_pixel}, {"pixel_shift"}),
+    "gamma_twice": ("calibration/plain_card", {"edit": _gamma_in_colours}, {"gamma"}),
+    "uv_swapped": ("texture/perspective_floor", {"edit": _uv_swapped}, {"swapped_uv"}),
+    "normals_turned": ("terminator/sphere", {"edit": _no_lambert}, set()),
+}
+
+
+@pytest.mark.parametrize("mutant", FILAMENT)
+def test_a_mutant_of_filament_is_a_bug(studio: Any, filament: Filament, mutant: str) -> None:
+    scene, changes, names = FILAMENT[mutant]
+    _check_mutant(studio, replace(filament, **changes), mutant, scene, names)
+
+
+@pytest.mark.parametrize("mutant", CYCLES)
+def test_a_mutant_of_cycles_is_a_bug(studio: Any, cycles: Cycles, mutant: str) -> None:
+    scene, changes, names = CYCLES[mutant]
+    _check_mutant(studio, replace(cycles, **changes), mutant, scene, names)
 
 
 # ---- mutants of Tachyon, which reads a text

@@ -118,6 +118,28 @@ def test_an_interpreter_that_is_too_old_is_not_taken(tmp_path: Path) -> None:
         find_python("", str(old))
 
 
+@pytest.mark.parametrize(
+    ("variable", "folder", "program"),
+    [
+        ("PYENV_ROOT", "versions/9.9.2", "python"),
+        ("PYENV_ROOT", "versions/9.9.10", "python"),
+        ("UV_PYTHON_INSTALL_DIR", "cpython-9.9.3-linux-x86_64-gnu", "python3"),
+    ],
+)
+def test_a_python_that_pyenv_or_uv_keeps_need_not_be_on_the_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, variable: str, folder: str, program: str
+) -> None:
+    """An older one of the same kind is there too, and one that does not run."""
+    for each in ("PYENV_ROOT", "UV_PYTHON_INSTALL_DIR"):
+        monkeypatch.setenv(each, str(tmp_path / each))
+    for place, says in ((folder, 9.9), ("versions/9.9.1", 9.9), ("versions/9.9.20", 0)):
+        python = tmp_path / variable / place / "bin" / program
+        python.parent.mkdir(parents=True)
+        python.write_text(f"#!/bin/sh\n[ {says} = 0 ] && exit 1\necho {says}\n")
+        python.chmod(0o755)
+    assert find_python("9.9") == str(tmp_path / variable / folder / "bin" / program)
+
+
 def test_too_little_room_is_said_before_anything_is_made(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     recipe(monkeypatch, megabytes=10**9)
     with pytest.raises(InstallError, match="not enough room"):
@@ -127,7 +149,8 @@ def test_too_little_room_is_said_before_anything_is_made(cache: Path, monkeypatc
 
 def test_a_name_that_is_not_known(cache: Path) -> None:
     with pytest.raises(
-        SelectionError, match=r"povray.*expected one of babylon, cycles, luxcore, panda3d, pygfx, threejs, vtk"
+        SelectionError,
+        match=r"povray.*expected one of babylon, cycles, filament, luxcore, panda3d, pygfx, threejs, vtk",
     ):
         command("povray", "", remove=False)
 

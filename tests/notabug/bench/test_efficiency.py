@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from notabug.adapters.base import Declaration
+from notabug.adapters.base import Declaration, Found
 from notabug.adapters.inhouse import InHouse
 from notabug.bench.efficiency import Line, Place, Setting, measure, slope, time_to
 from notabug.bench.efficiency_cost import Cost
 from notabug.bench.efficiency_error import errors, floor, relmse
+from notabug.bench.efficiency_plan import renderers
 from notabug.references.tracer.envelope import Envelope, trace_envelope
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
@@ -29,6 +30,21 @@ def of(scene: Scene) -> Envelope:
 
 def place(seconds: float, error: float) -> Place:
     return Place(1.0, seconds, seconds, seconds, seconds, 0.0, {"relmse": error}, {}, error, None, None)
+
+
+def test_whatever_is_installed_can_be_timed(monkeypatch: pytest.MonkeyPatch) -> None:
+    from notabug.adapters.registry import adapters
+
+    known = set(adapters()) - {
+        "inhouse",
+        "zbuffer",
+        "shadowmap",
+        "opengl",
+        "mitsuba",
+    }  # Mitsuba is there by its variants
+    for each in known:
+        monkeypatch.setattr(type(adapters()[each]), "find", lambda adapter: Found("1", f"where {adapter.name} is"))
+    assert known <= {name for name, *_ in renderers(quick=True)}
 
 
 def test_the_slope_of_a_power_law_is_its_exponent() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from notabug.adapters.base import Declaration, RendererError
+from notabug.adapters.base import Declaration, Found, RendererError, UnsupportedError
 from notabug.bench import stability_scenes as stages
 from notabug.bench.stability import FINE, Bench, Course, course, measure
 from notabug.bench.stability_contestants import EPSILON, Contestant, contestants
@@ -140,6 +140,31 @@ def test_a_stopped_sweep_goes_on_where_it_stopped(tmp_path: Path) -> None:
     assert second.drawn == []
     course(Bench(tmp_path, side=16, resume=False), SWEEPS["far_camera"], entrant(second.draw))
     assert second.drawn == first.drawn
+
+
+def test_whatever_is_installed_takes_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Panda3D cannot: it interpolates colours."""
+    from notabug.adapters.registry import adapters
+
+    known = set(adapters()) - {"inhouse", "zbuffer", "shadowmap", "panda3d"}
+    for each in known:
+        monkeypatch.setattr(type(adapters()[each]), "find", lambda adapter: Found("1", f"where {adapter.name} is"))
+    assert known <= {each.name for each in contestants()}
+
+
+@pytest.mark.parametrize(("name", "drawn"), [("vtk", True), ("tachyon", True), ("pygfx", False), ("babylon", False)])
+def test_a_lobe_of_its_own_is_no_failure(monkeypatch: pytest.MonkeyPatch, name: str, drawn: bool) -> None:
+    """A renderer with another lobe is not wrong at every exponent: it does not take part in that sweep."""
+    from notabug.adapters.registry import adapters
+
+    each = adapters()[name]
+    monkeypatch.setattr(type(each), "find", lambda adapter: Found("1", f"where {adapter.name} is"))
+    (entrant,) = (contestant for contestant in contestants() if contestant.name == name)
+    monkeypatch.setattr(type(each), "render", lambda *given: pytest.fail("drawn"))
+    with pytest.raises(pytest.fail.Exception if drawn else UnsupportedError):
+        entrant.draw(SWEEPS["exponent"].scene(10.0))
+    with pytest.raises(pytest.fail.Exception):
+        entrant.draw(SWEEPS["offset"].scene(1.0))
 
 
 @pytest.fixture(scope="module")
