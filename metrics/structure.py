@@ -87,10 +87,10 @@ class Crossing:
         surely = support(first, another)
         off = trial.off(surely)
         rare = _between(trial, (another, first), off) > POLICY.rules.most_between
-        if surely.any() and np.count_nonzero(off) < POLICY.rules.least_fought * np.count_nonzero(surely):
-            # a depth buffer that holds nearly all depths alike shows one surface but for dots
-            if not (trial.base.share_is_point and rare and _by_themselves(off)):
-                return False
+        few = surely.any() and np.count_nonzero(off) < POLICY.rules.least_fought * np.count_nonzero(surely)
+        # a depth buffer that holds nearly all depths alike shows one surface but for dots
+        if few and not (trial.base.share_is_point and rare and _by_themselves(off)):
+            return False
         return _mixed(trial, found, POLICY.rules.mean_fought if rare else POLICY.rules.mean_alpha)
 
 

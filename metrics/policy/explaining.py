@@ -74,7 +74,8 @@ class Rules:
     least_alone: float = number(
         0.5,
         "share",
-        "of fewer wrong pixels that lie by themselves: they are dots, as where a depth buffer holds nearly all depths alike",
+        "of fewer wrong pixels that lie by themselves: they are dots, as where a depth buffer holds nearly all depths "
+        "alike",
         "derived: (1 - .02)^24 = .62 of random dots do; measured: Filament's on `visibility/coincident_planes`",
         "word",
     )
