@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdShade
+from pxr import Gf, Tf, Usd, UsdGeom, UsdShade
 
 from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.primvar import Places
@@ -62,7 +63,7 @@ class Materials:
     def bound_to(self, prim: Usd.Prim) -> int:
         """The index of the material bound to ``prim``; of none that of its display colour, or of the schema's grey."""
         with blamed(prim, "material:binding"):
-            material, relationship = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
+            material, relationship = _bound(prim)
         if material:
             return self._once(material, prim)
         if relationship:
@@ -70,8 +71,9 @@ class Materials:
                 fault(
                     prim,
                     "material:binding",
-                    f"bound to {relationship.GetTargets()}",
+                    "bound to what is no material",
                     expected="a Material prim",
+                    got=", ".join(str(path) for path in relationship.GetTargets()) or "no path",
                     do="apply MaterialBindingAPI and author rel material:binding",
                     mends=opinion(prim, str(relationship.GetName()), "rel", []),
                 )
@@ -121,7 +123,7 @@ class Materials:
         primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("displayColor")
         if not primvar or str(primvar.GetInterpolation()) != "uniform" or not primvar.HasValue():
             return None
-        material, relationship = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
+        material, relationship = _bound(prim)
         if material or relationship or primvar.IsIndexed():
             return None
         name = "primvars:displayColor"
@@ -271,3 +273,17 @@ def _surface(material: UsdShade.Material, output: UsdShade.Output, expected: str
         got = str(shader.GetShaderId()) if shader else "no shader"
         raise fault(material.GetPrim(), str(output.GetFullName()), "unsupported shader", expected=expected, got=got)
     return shader
+
+
+def _bound(prim: Usd.Prim) -> tuple[UsdShade.Material, Usd.Relationship]:
+    """The material that is bound to ``prim``, and by which relationship.
+
+    Older exporters bind without applying MaterialBindingAPI: OpenUSD honours that, and warns of it at each look.
+    """
+    trap = getattr(Tf, "DiagnosticTrap", None)  # which the oldest OpenUSD that we take does not have
+    with trap() if trap is not None else nullcontext() as trapped:
+        found: tuple[UsdShade.Material, Usd.Relationship]
+        found = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
+        if trapped is not None:
+            trapped.ClearWarnings()
+    return found

@@ -18,13 +18,14 @@ from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.fence import check_inside, outermost
 from notabug.scenes_usd.picture import Picture, PictureError, read_picture
 from notabug.scenes_usd.reader_values import ROUNDED, check_number, checked, fault, read, where
-from notabug.scenes_usd.reading import note
+from notabug.scenes_usd.reading import each_tried, note
 from notabug.scenes_usd.scene import Floats, Texture
 from notabug.scenes_usd.srgb import decode_srgb
 from notabug.scenes_usd.temporary import temporary_folder
 
 _INPUTS = {"file", "st", "wrapS", "wrapT", "sourceColorSpace", "scale", "bias", "fallback"}
 _TRANSFORM_INPUTS = {"in", "rotation", "scale", "translation"}
+_ONES, _ZEROS = (1.0,) * 4, (0.0,) * 4
 _WRAPS = ("repeat", "clamp", "mirror", "black", "useMetadata")
 _UDIM = "<UDIM>"
 
@@ -115,17 +116,20 @@ class Textures:
                 expected=f"{', '.join(outputs)} of a UsdUVTexture",
                 got=str(output.GetPath()),
             )
-        prim = shader.GetPrim()
         _check_inputs(shader, _INPUTS)
-        coordinates = _coordinates(shader)
+        names: list[str] = []
+        each_tried(
+            lambda: _coordinates(shader),
+            lambda: _wrap(shader, "wrapS"),
+            lambda: _wrap(shader, "wrapT"),
+            lambda: _space(shader),
+            lambda: _four(shader, "scale", _ONES),
+            lambda: _four(shader, "bias", _ZEROS),
+            lambda: names.append(self._file(shader)),
+        )
+        coordinates, space, (name,) = _coordinates(shader), _space(shader), names
         wrap_s, wrap_t = _wrap(shader, "wrapS"), _wrap(shader, "wrapT")
-        space = checked(prim, "inputs:sourceColorSpace", _get(shader, "sourceColorSpace"), "word", "auto")
-        if space not in ("raw", "sRGB", "auto"):
-            raise fault(
-                prim, "inputs:sourceColorSpace", "unknown colour space", expected="raw, sRGB or auto", got=space
-            )
-        scale, bias = _four(shader, "scale", (1.0,) * 4), _four(shader, "bias", (0.0,) * 4)
-        name = self._file(shader)
+        scale, bias = _four(shader, "scale", _ONES), _four(shader, "bias", _ZEROS)
         look = _Look(name, wrap_s, wrap_t, space, scale, bias, use, _CHANNELS.get(str(output.GetName()), -1))
         if look not in self._index:
             texture, matrix, offset = _load(shader, look)
@@ -324,6 +328,15 @@ def _wrap(shader: UsdShade.Shader, name: str) -> Wrap:
         raise fault(shader.GetPrim(), f"inputs:{name}", "not supported", expected=expected, got=found)
     wrap: Wrap = "black" if found == "useMetadata" else found
     return wrap
+
+
+def _space(shader: UsdShade.Shader) -> str:
+    """The colour space in which the file's values are to be taken."""
+    prim = shader.GetPrim()
+    space: str = checked(prim, "inputs:sourceColorSpace", _get(shader, "sourceColorSpace"), "word", "auto")
+    if space not in ("raw", "sRGB", "auto"):
+        raise fault(prim, "inputs:sourceColorSpace", "unknown colour space", expected="raw, sRGB or auto", got=space)
+    return space
 
 
 def _get(shader: UsdShade.Shader, name: str) -> object:

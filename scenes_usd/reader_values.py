@@ -216,8 +216,13 @@ def _within(found: float, low: float, high: float) -> bool:
 
 
 def shown(found: object) -> str:
-    """A value in a message: long arrays by their beginning."""
-    text = " ".join(repr(found).split())
+    """A value in a message: long arrays by their beginning, numbers as they were authored in single precision.
+
+    >>> shown(0.30000001192092896)
+    '0.3'
+    """
+    single = isinstance(found, float) and float(np.float32(found)) == found
+    text = str(np.float32(found)) if single else " ".join(repr(found).split())
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 

@@ -134,3 +134,17 @@ def recovered(read: Callable[[], T], fallback: T) -> T:
     except SceneError as error:
         refuse(error)
         return fallback
+
+
+def each_tried(*looks: Callable[[], object]) -> None:
+    """Do all ``looks``, whichever fail: of several faults all but the last are noted, and the last is raised."""
+    faults: list[SceneError] = []
+    for look in looks:
+        try:
+            look()
+        except SceneError as error:
+            faults.append(error)
+    for error in faults[:-1]:
+        refuse(error)
+    if faults:
+        raise faults[-1]

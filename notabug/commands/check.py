@@ -36,17 +36,17 @@ def command(*, source: str, variants: list[str], view: View, as_json: bool) -> E
     if as_json:
         print(json.dumps(as_document(source, survey), ensure_ascii=False))
     else:
-        show(console(), source, survey, 0 if survey.scene is not None else _left(source, chosen, view))
+        show(console(), source, survey, () if survey.scene is not None else _left(source, chosen, view))
     return ExitCode.OK if survey.scene is not None else ExitCode.USAGE
 
 
-def _left(source: str, variants: dict[str, str], view: View) -> int:
-    """How many faults of ``source`` no adaptation mends."""
+def _left(source: str, variants: dict[str, str], view: View) -> tuple[SceneError, ...]:
+    """The faults of ``source`` that no adaptation mends."""
     try:
         take_scene(source, variants, replace(view, quick=True))
     except SceneError as error:
-        return len(error.errors) if isinstance(error, ManyFaultsError) else 1
-    return 0
+        return error.errors if isinstance(error, ManyFaultsError) else (error,)
+    return ()
 
 
 def by_path(survey: Survey) -> list[Remark]:
@@ -90,10 +90,10 @@ def what_is_read(scene: Scene) -> list[dict[str, object]]:
     return rows
 
 
-def show(out: Console, source: str, survey: Survey, left: int = 0) -> None:
+def show(out: Console, source: str, survey: Survey, left: tuple[SceneError, ...] = ()) -> None:
     """Print the survey: one line a remark, then what was read, in numbers, and what to do next.
 
-    ``left`` faults are such as no adaptation mends.
+    ``left`` are the faults that no adaptation mends.
     """
     for remark in by_path(survey):
         glyph, style = _GLYPHS[remark.kind]
@@ -117,11 +117,10 @@ def show(out: Console, source: str, survey: Survey, left: int = 0) -> None:
         do = f"notabug run {source} draws it adapted in memory; notabug adapt {source} --out own.usda writes that down"
         out.print(f"next: {do}", markup=False, soft_wrap=True)
     elif any(remark.mends for remark in survey.remarks):
-        out.print(
-            f"next: notabug adapt {source} --out own.usda mends all but {left}; these are for you",
-            markup=False,
-            soft_wrap=True,
-        )
+        what = f"mends all but {len(left)}, to be mended by hand:"
+        out.print(f"next: notabug adapt {source} --out own.usda {what}", markup=False, soft_wrap=True)
+        for error in left:
+            out.print(f"  {error}", markup=False, soft_wrap=True)
 
 
 def says(remark: Remark) -> str:

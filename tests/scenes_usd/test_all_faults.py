@@ -1,0 +1,105 @@
+"""All faults of one shader at once, and nothing told twice: neither by OpenUSD nor in Python's own notation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from notabug.scenes_usd.errors import SceneError
+from notabug.scenes_usd.reader import survey_scene
+from notabug.scenes_usd.reader_values import shown
+from notabug.scenes_usd.reading import each_tried, reading
+
+SCENE = """#usda 1.0
+(
+    defaultPrim = "World"
+)
+def Xform "World"
+{
+    def Camera "Cam"
+    {
+        float3 xformOp:translate = (0, 0, 5)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+    def DistantLight "Sun"
+    {
+        float inputs:angle = 0
+    }
+    def Mesh "Floor"
+    {
+        int[] faceVertexCounts = [4]
+        int[] faceVertexIndices = [0, 1, 2, 3]
+        point3f[] points = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+        texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] (
+            interpolation = "vertex"
+        )
+        rel material:binding = </World/Looks/BOUND>
+    }
+    def Scope "Looks"
+    {
+        def Material "Wood"
+        {
+            token outputs:surface.connect = </World/Looks/Wood/Shader.outputs:surface>
+            def Shader "Shader"
+            {
+                uniform token info:id = "UsdPreviewSurface"
+                color3f inputs:diffuseColor.connect = </World/Looks/Wood/Tex.outputs:rgb>
+                float inputs:displacement = 0.3
+                token outputs:surface
+            }
+            def Shader "Tex"
+            {
+                uniform token info:id = "UsdUVTexture"
+                asset inputs:file = @missing.png@
+                token inputs:wrapS = "tiled"
+                token inputs:sourceColorSpace = "ACEScg"
+                float4 inputs:scale = (inf, 1, 1, 1)
+                float3 outputs:rgb
+            }
+        }
+    }
+}
+"""
+
+
+def told(folder: Path, bound: str = "Wood") -> dict[str, str]:
+    """What is out of the contract, by its place."""
+    path = folder / "scene.usda"
+    path.write_text(SCENE.replace("BOUND", bound))
+    return {remark.where: str(remark.error) for remark in survey_scene(str(path), {}).remarks if remark.error}
+
+
+def test_all_faults_of_a_texture_are_told_in_one_run(tmp_path: Path) -> None:
+    texture = "/World/Looks/Wood/Tex.inputs:"
+    found = {place.removeprefix(texture) for place in told(tmp_path) if place.startswith(texture)}
+    assert found == {"st", "wrapS", "sourceColorSpace", "scale", "file"}
+
+
+def test_a_number_is_told_as_it_was_authored(tmp_path: Path) -> None:
+    assert "got 0.3;" in told(tmp_path)["/World/Looks/Wood/Shader.inputs:displacement"]
+    assert [shown(value) for value in (0.1, 1.0, 0.30000001192092896, 7, "x")] == ["0.1", "1.0", "0.3", "7", "'x'"]
+
+
+def test_a_binding_to_nothing_names_its_target(tmp_path: Path) -> None:
+    says = told(tmp_path, "Gone")["/World/Floor.material:binding"]
+    assert "expected a Material prim, got /World/Looks/Gone;" in says
+    assert "Sdf" not in says
+
+
+def test_opens_usd_says_nothing_of_bindings_that_it_honours(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert "/World/Looks/Wood/Tex.inputs:file" in told(tmp_path), "the binding is honoured"
+    assert "MaterialBindingAPI" not in capfd.readouterr().err
+
+
+def test_of_several_faults_the_last_is_raised_and_the_others_are_noted() -> None:
+    def fails(word: str) -> object:
+        raise SceneError(word, where=f"/{word}")
+
+    done: list[int] = []
+    with reading() as now, pytest.raises(SceneError, match="c"):
+        each_tried(lambda: fails("a"), lambda: done.append(1), lambda: fails("b"), lambda: fails("c"))
+    assert done == [1]
+    assert [str(error) for error in now.errors] == ["/a: a", "/b: b"]
+    each_tried(lambda: done.append(2))
+    assert done == [1, 2]
