@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ import pytest
 from notabug.adapters import trees
 from notabug.adapters.base import RendererError
 from notabug.adapters.process import LOG_BYTES, Ended, Limits, made_picture, run_child
+from notabug.adapters.process_tree import MARK, Tree, adopt_orphans
 
 
 def run(code: str, folder: Path, timeout: float = 60.0, **environment: str) -> Ended:
@@ -267,3 +269,39 @@ def test_a_renderer_that_replaces_a_folder_of_the_run_is_told_so(tmp_path: Path)
     code = f"import os; os.rename('{tmp_path}/renders', '{tmp_path}/away'); os.symlink('mine', '{tmp_path}/renders')"
     with pytest.raises(RendererError, match="replaced a folder of the run"):
         run(code, job)
+
+
+@pytest.mark.skipif(not Path(f"/proc/self/task/{os.getpid()}/children").exists(), reason="the kernel has no such list")
+def test_a_quick_look_sees_the_same_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Children, their children, one that a thread has started, and one that an interpreter left behind."""
+    adopt_orphans()
+    tree = Tree()
+    environment = {**os.environ, MARK: tree.mark}
+    sleeps = "import time; time.sleep(60)"
+    starts = f"import subprocess, sys; subprocess.Popen([sys.executable, '-c', {sleeps!r}]); "
+    started: list[subprocess.Popen[bytes]] = []
+
+    def start(program: str) -> None:
+        started.append(subprocess.Popen([sys.executable, "-c", program], env=environment))
+
+    start(starts + sleeps)
+    start(starts)  # its child is left to this process
+    thread = threading.Thread(target=start, args=(sleeps,))
+    thread.start()
+    thread.join()
+    tree.root = started[0].pid
+    started[1].wait()
+    try:
+        end = time.monotonic() + 60.0
+        while len(exact := {each.pid for each in tree.members()}) < 4 and time.monotonic() < end:
+            time.sleep(0.05)
+        fresh = Tree(mark=tree.mark, root=tree.root)
+        assert len(exact) == 4
+        assert {each.pid for each in fresh.members(quickly=True)} == exact
+        monkeypatch.setattr("notabug.adapters.process_tree._lists_children", lambda: False)
+        assert {each.pid for each in Tree(mark=tree.mark, root=tree.root).members(quickly=True)} == exact
+    finally:
+        tree.kill()
+        for child in started:
+            child.kill()
+            child.wait()
