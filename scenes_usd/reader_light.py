@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -13,6 +14,7 @@ from pxr import Usd, UsdLux
 from notabug.scenes_usd.emitters import area
 from notabug.scenes_usd.framing import bounds_of
 from notabug.scenes_usd.opinion import Opinion
+from notabug.scenes_usd.reader_dome import with_picture
 from notabug.scenes_usd.reader_values import (
     ORTHOGONAL,
     ROUNDED,
@@ -52,13 +54,20 @@ _LINKS = (
 )
 
 
-def read_light(prim: Usd.Prim) -> Light:
-    """The light ``prim``; spheres and distant lights as if they had no size: see ``with_size``."""
+def read_light(prim: Usd.Prim, root: Path | None = None) -> Light:
+    """The light ``prim``; spheres and distant lights as if they had no size: see ``with_size``.
+
+    A dome's picture must be below ``root``, unless it is None.
+    """
     if prim.IsA(UsdLux.SphereLight):
         return read_point(prim)
     if prim.IsA(UsdLux.DistantLight):
         return read_distant(prim)
-    return read_shape(prim, str(prim.GetTypeName()).removesuffix("_1").removesuffix("Light").lower())
+    light = read_shape(prim, str(prim.GetTypeName()).removesuffix("_1").removesuffix("Light").lower())
+    if light.kind != "dome" or light.emitter is None:
+        return light
+    emitter = light.emitter
+    return replace(light, emitter=recovered(lambda: with_picture(prim, emitter, root), emitter))
 
 
 def read_point(prim: Usd.Prim) -> Light:
@@ -148,9 +157,10 @@ def read_shape(prim: Usd.Prim, kind: str) -> Light:
     emitter = light.emitter
     assert emitter is not None
     name = "inputs:texture:file"
-    if getattr(value(prim, name, "asset"), "path", ""):
+    if kind != "dome" and getattr(value(prim, name, "asset"), "path", ""):
         none = opinion(prim, name, "asset", "")
-        refuse(fault(prim, name, "textures of lights are not supported", expected="a constant colour", mends=none))
+        what = f"a texture on a {kind} light is not supported"
+        refuse(fault(prim, name, what, expected="a constant colour, or a dome", mends=none))
     note("approximated", where(prim), "its direct light only, and the light itself is not seen")
     normalized = kind != "dome" and bool(value(prim, "inputs:normalize", "flag", False))
     exposure = number(prim, "inputs:exposure", 0.0, low=-1000.0, high=1000.0)

@@ -104,7 +104,7 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str], over: Sd
                 drawing.add(prim)
         elif str(prim.GetTypeName()) in LIGHTS:
             with going_on():
-                lights.append((prim, read_light(prim)))
+                lights.append((prim, read_light(prim, drawing.textures.root)))
         else:
             with going_on():
                 _pass_over(prim)

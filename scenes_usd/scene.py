@@ -34,7 +34,7 @@ class Card:
     intent: str = ""  # path of the guide prim that the picture is meant to show; "" where meshes mean themselves
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Texture:
     """A bilinear texture.
 
@@ -190,7 +190,8 @@ class Emitter:
 
     ``sphere``: the ball of radius 1. ``rect``: |x|, |y| <= 1 at z = 0, and ``disk``: x^2 + y^2 <= 1 at z = 0, both to
     the side of -z only. ``cylinder``: y^2 + z^2 = 1, |x| <= 1, outward, without its ends. ``sun``: directions within
-    ``half_angle`` (radians) of the light's. ``dome``: every direction.
+    ``half_angle`` (radians) of the light's. ``dome``: every direction; its radiance is multiplied by the ``texture``, if
+    it has one, a latitude-longitude map: the upper row is +y, the middle +z, a quarter from the left edge +x.
 
     ``normalized`` and ``exposure`` are what the file says; the light's radiance has both in it already.
     """
@@ -199,6 +200,7 @@ class Emitter:
     half_angle: float = 0.0
     normalized: bool = False
     exposure: float = 0.0
+    texture: Texture | None = field(default=None, metadata={"left out": None})
 
 
 @dataclass(frozen=True, slots=True)

@@ -106,6 +106,16 @@ Scene<T> scene_of(const py::handle& flat) {
         scene.textures.texels = field<T, Vec3<T>>(textures, "texels").data;
         scene.textures.info = field<std::int64_t, TextureInfo>(textures, "info").data;
     }
+    if (const py::object skies = flat.attr("skies"); !skies.is_none()) {
+        const auto texels = field<T, Vec3<T>>(skies, "texels");
+        const auto info = field<std::int64_t, TextureInfo>(skies, "info");
+        scene.skies.pictures = {texels.data, info.data};
+        scene.skies.info = field_of<std::int64_t, SkyInfo>(skies, "starts", info.count);
+        scene.skies.share = field_of<T>(skies, "share", info.count);
+        scene.skies.weight = field_of<T>(skies, "weight", texels.count);
+        scene.skies.cells = field_of<T>(skies, "cells", texels.count);
+        scene.skies.rows = field<T>(skies, "rows").data;
+    }
     if (const py::object spheres = flat.attr("spheres"); !spheres.is_none()) {
         const auto radius = field<T>(spheres, "radius");
         scene.spheres.count = radius.count;

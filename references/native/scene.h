@@ -38,6 +38,7 @@ struct Emitter {
     Vec3<T> centre, axis, normal;
     Vec3<T> x, y, z;           // of the shape, in world space
     Vec3<T> to_x, to_y, to_z;  // their inverse: local x is to_x . p
+    T sky;                     // the number of a dome's picture, or -1
 };
 
 template <class T>
@@ -105,6 +106,21 @@ template <class T>
 struct Textures {
     const Vec3<T>* texels = nullptr;
     const TextureInfo* info = nullptr;
+};
+
+struct SkyInfo {
+    std::int64_t rows, cells;  // where its cumulative weights begin
+};
+
+// The pictures of domes, and how bright their texels are: see sky.h.
+template <class T>
+struct Skies {
+    Textures<T> pictures;
+    const SkyInfo* info = nullptr;
+    const T* share = nullptr;   // of the directions to each dome those that follow its picture
+    const T* weight = nullptr;  // of each texel: its share of those
+    const T* rows = nullptr;    // cumulative: the share of all the rows down to this one
+    const T* cells = nullptr;   // cumulative: the share of the row's texels down to this one
 };
 
 template <class T>
@@ -190,6 +206,7 @@ struct Scene {
 
     Quads<T> quads;
     Textures<T> textures;
+    Skies<T> skies;  // of domes with a picture
     Spheres<T> spheres;
     Lobes<T> lobes;
     const Coefficients<T>* secondary = nullptr;  // of each material, where any sends rays on

@@ -211,6 +211,10 @@ struct Whitted {
                 Vec3<T> E = mul(e, light.intensity);
                 if constexpr (F::emitters) {
                     if (scene.emitter) E = mul(E, beam(scene.emitter[k], to.L));
+                    if (scene.emitter && scene.emitter[k].sky >= 0) {
+                        const Emitter<T>& dome = scene.emitter[k];
+                        E = mul(E, sky(scene.skies, static_cast<int>(dome.sky), to_local(dome, to.L)));
+                    }
                 }
                 const T lambert = std::max(nl, T(0));
                 Vec3<T> diffuse{E.x * colour.x * lambert, E.y * colour.y * lambert, E.z * colour.z * lambert};
@@ -254,8 +258,9 @@ struct Whitted {
                             const T end = bounded ? aim.distance : infinity<T>;
                             shine(Seen{aim.L, aim.distance, end, weight}, counts, std::true_type{});
                         };
-                        spread(View_of<T>(e, at, N), gloss_of(scene, material, softest, glossy, view),
-                               cubature.moved(k, from.generation), along);
+                        const Cubature moved = cubature.moved(k, from.generation);
+                        spread(View_of<T>(scene.skies, e, at, N), gloss_of(scene, material, softest, glossy, view),
+                               e.sky >= 0 ? moved.finer() : moved, along);
                         if (here && lighted && !shadowed) lit.open |= std::uint64_t(1) << (k & 63);
                         if (here && shadowed && !lighted) lit.hidden |= std::uint64_t(1) << (k & 63);
                     }

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from notabug.references.tracer import bvh
 from notabug.references.tracer.emitters import emitters
+from notabug.references.tracer.skies import Skies, skies
 from notabug.scenes_usd.faces import patches, shapes
 from notabug.scenes_usd.scene import Light, Mesh, Object, Preview, Scene
 from notabug.scenes_usd.triangulate import Triangles, triangulate
@@ -87,11 +88,12 @@ class Flat(NamedTuple):
     diffuse: Array  # (m, 3)
     texture: Array  # (m,) or -1
     light: Array  # (lights, 7): 0 with a place | 1 without, position or direction, intensity or radiance
-    emitters: Array | None  # (lights, 41) where any has a size, a beam or a multiplier: Emitter of native/scene.h
+    emitters: Array | None  # (lights, 42) where any has a size, a beam or a multiplier: Emitter of native/scene.h
     camera: Array  # (17,): origin, x axis * tan_x, y axis * tan_y, -z axis, near, far, shift_x, shift_y, orthographic
     radius: Any  # of the whole scene, a scalar of the arrays' precision, for error bounds
     quads: Quads | None
     textures: Textures | None
+    skies: Skies | None
     spheres: Spheres | None
     lobes: Lobes | None
     secondary: Secondary | None
@@ -208,6 +210,7 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
         camera=real(_camera(scene)),
         radius=np.dtype(dtype).type(max(reach)),
         textures=_textures(scene, real),
+        skies=skies(scene.lights, real),
         spheres=_spheres(scene, real),
         lobes=_lobes(scene, real),
         secondary=_secondary(scene, real),
