@@ -29,7 +29,13 @@ _WIDEST = math.radians(60.0)  # half of a sun's angle: a far ball that is wider 
 
 
 def check_lights(scene: Scene, *, centres: bool, mirrors: bool) -> None:
-    """Raise UnsupportedError where lights with a size cannot be drawn under ``scene``'s materials, at pixel centres."""
+    """Raise UnsupportedError where lights with a size cannot be drawn under ``scene``'s materials, at pixel centres.
+
+    Nor can those with links: Mitsuba's lights light everything.
+    """
+    linked = next((light for light in scene.lights if light.is_linked), None)
+    if linked is not None:
+        raise UnsupportedError("Mitsuba has no light linking", where=linked.path, expected="a light that lights all")
     sized = next((each for each in scene.lights if each.emitter is not None), None)
     if sized is None:
         return

@@ -529,7 +529,7 @@ FEATURES = (
     Feature(
         "light",
         "light linking",
-        "adapted",
+        "read",
         light=LIGHT.replace("BODY", "rel collection:lightLink:excludes = </World/Shape>"),
     ),
     Feature("material", "UsdPreviewSurface, diffuse", "read"),

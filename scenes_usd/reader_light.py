@@ -1,4 +1,4 @@
-"""UsdLux lights to Lights: points and distant ones, and those with a size; linking and light profiles are refused."""
+"""UsdLux lights to Lights: points and distant ones, and those with a size; light profiles and filters are refused."""
 
 from __future__ import annotations
 
@@ -45,13 +45,7 @@ _SHAPING = "inputs:shaping:"
 FINEST_MAP = 16384.0  # texels along an edge: what graphics hardware has
 _HORIZON = 2.0 / (3.0 * math.pi)  # irradiance of the half of a small disk that is above the horizon, over pi s^2, per s
 _BRIGHTEST = 1e30  # pictures are float32
-_LINKS = (
-    "light:filters",
-    "collection:lightLink:includes",
-    "collection:lightLink:excludes",
-    "collection:shadowLink:includes",
-    "collection:shadowLink:excludes",
-)
+_FILTERS = "light:filters"
 
 
 def read_light(prim: Usd.Prim, root: Path | None = None) -> Light:
@@ -275,12 +269,10 @@ def _emitted(prim: Usd.Prim) -> Colour:
     if getattr(value(prim, name, "asset"), "path", ""):
         none = opinion(prim, name, "asset", "")
         refuse(fault(prim, name, "light profiles are not supported", expected="no ShapingAPI", mends=none))
-    for name in _LINKS:
-        relationship = prim.GetRelationship(name)
-        if relationship and relationship.GetTargets():
-            none = opinion(prim, name, "rel", [])
-            do = "remove the targets"
-            refuse(fault(prim, name, "light filters and linking are not supported", do=do, mends=none))
+    relationship = prim.GetRelationship(_FILTERS)
+    if relationship and relationship.GetTargets():
+        none = opinion(prim, _FILTERS, "rel", [])
+        refuse(fault(prim, _FILTERS, "light filters are not supported", do="remove the targets", mends=none))
     intensity = number(prim, "inputs:intensity", 1.0, low=0.0)
     exposure = number(prim, "inputs:exposure", 0.0, low=-1000.0, high=1000.0)
     plain_colour = (1.0, 1.0, 1.0)

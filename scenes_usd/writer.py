@@ -105,6 +105,12 @@ def _light(stage: Usd.Stage, light: Light) -> None:
     for name in ("diffuse", "specular"):
         if (said := getattr(light, name)) != 1.0:
             UsdLux.LightAPI(made).GetPrim().GetAttribute(f"inputs:{name}").Set(said)
+    for collection, left_out in (
+        (UsdLux.LightAPI(made).GetLightLinkCollectionAPI(), light.unlit),
+        (UsdLux.LightAPI(made).GetShadowLinkCollectionAPI(), light.unshadowing),
+    ):
+        if left_out:
+            collection.CreateExcludesRel().SetTargets([Sdf.Path(path) for path in left_out])
     if light.shaping is not None:
         beam = UsdLux.ShapingAPI.Apply(made.GetPrim())
         beam.CreateShapingConeAngleAttr(light.shaping.cone)

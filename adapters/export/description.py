@@ -32,7 +32,7 @@ def describe(scene: Scene) -> dict[str, object]:
         "width": scene.width,
         "height": scene.height,
         "camera": _camera(scene.camera),
-        "lights": [_light(light, number) for number, light in enumerate(scene.lights)],
+        "lights": [{**_light(light, number), **_links(light, scene)} for number, light in enumerate(scene.lights)],
         "materials": [_material(material) for material in scene.materials],
         "textures": [_texture(index, each) for index, each in enumerate(scene.textures)],
         "objects": [_object(shape) for shape in scene.objects],
@@ -80,6 +80,16 @@ def _light(light: Light, number: int) -> dict[str, object]:
     if light.kind == "point":
         return {"kind": "point", "position": list(light.position), "intensity": list(light.intensity), **said}
     return {"kind": "distant", "direction": list(light.direction), "irradiance": list(light.intensity), **said}
+
+
+def _links(light: Light, scene: Scene) -> dict[str, object]:
+    """The objects, by their places, that the light does not reach, and those that cast no shadow of it."""
+    said = {"unlit": light.unlit, "unshadowing": light.unshadowing}
+    return {
+        name: [number for number, shape in enumerate(scene.objects) if shape.path in paths]
+        for name, paths in said.items()
+        if paths
+    }
 
 
 def _material(material: Material) -> dict[str, object]:

@@ -25,7 +25,7 @@ def export(scene: Scene, kind: str, folder: Path, quality: Quality | None = None
     odd = next((each for each in scene.lights if not each.is_plain), None)
     if odd is not None and kind in _POINTS:
         raise UnsupportedError(
-            f"a {odd.kind} light with a size, a beam or multipliers has no place in this format here",
+            f"a {odd.kind} light with a size, a beam, multipliers or links has no place in this format here",
             where=odd.path,
             expected="point and distant lights",
             do="choose usd, json or mitsuba, or make the light a point (treatAsPoint)",

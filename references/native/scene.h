@@ -24,6 +24,8 @@ struct Light {
     Vec3<T> intensity;
 };
 
+enum Link : std::uint8_t { unlit = 1, unshadowing = 2 };  // the light does not reach the object; is not blocked by it
+
 // What a light has beside its Light: size, beam and multipliers, see emitter.h.
 template <class T>
 struct Emitter {
@@ -200,7 +202,9 @@ struct Scene {
     const std::int32_t* texture = nullptr;   // of each material, or -1
     std::int64_t lights = 0;
     const Light<T>* light = nullptr;
-    const Emitter<T>* emitter = nullptr;  // of each light, where any has a size, a beam or a multiplier
+    const Emitter<T>* emitter = nullptr;  // of each light, where any has a size, a beam, a multiplier or links
+    std::int64_t objects = 0;
+    const std::uint8_t* links = nullptr;  // of each light and object, bits of Link; null where every light has all
     Camera<T> camera{};
     T radius = 0;  // of the whole scene, for error bounds
 

@@ -129,6 +129,9 @@ struct Whitted {
         const int turns = s.painted || gouraud ? count * (!gouraud ? 1 : s.weights.quad >= 0 ? 4 : 3) : 0;
         for (int turn = 0; turn < turns; ++turn) {
             const int k = turn % count;
+            if constexpr (F::emitters) {
+                if (scene.links && (scene.links[k * scene.objects + s.object] & unlit)) continue;
+            }
             if (gouraud) {  // the same light at the facet's corners, as seen from where the ray started
                 const LitCorner<T> c = lit_corner(scene, hit.triangle, turn / count, s.weights, s.side, ray.origin,
                                                   option.silhouette);
@@ -177,7 +180,8 @@ struct Whitted {
                                               option.transparent_shadows,
                                               option.shadow_rays == ShadowRays::culled,
                                               static_cast<T>(option.shadow_gap),
-                                              option.gap_loses};
+                                              option.gap_loses,
+                                              scene.links ? scene.links + k * scene.objects : nullptr};
                     const LightShare<T> through = transmittance<T, F>(scene, shadow);
                     share = through.share;
                     if (!sized() && option.shadow_map != ShadowMap::none)

@@ -14,6 +14,7 @@ from notabug.scenes_usd.scene import Emitter, Light, Shaping
 SHAPES = ("none", "sphere", "rect", "disk", "cylinder", "sun", "dome")  # in the order of Shape in native/emitter.h
 DIRECTIONS = 55  # to each light with a size, from every sample of a pixel
 CENTRE_DIRECTIONS = 233  # and from its centre, whose value stands alone
+PREVIEW_DIRECTIONS = 55  # and from the centre of a preview, of which only differences to others of its kind count
 
 
 def has_emitters(lights: Sequence[Light]) -> bool:
