@@ -31,7 +31,7 @@ CAPABILITIES = frozenset(
     | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows", "orthographic", "aperture_offset"}
     | {"ggx", "dielectric", "emission", "normal_map"}
     | {"sphere_light", "rect_light", "disk_light", "cylinder_light", "sun_light", "dome_light"}
-    | {"light_beam", "light_multipliers"}
+    | {"dome_texture", "light_beam", "light_multipliers", "light_link"}
 )
 _UNSAID = CAPABILITIES - {
     "orthographic",
@@ -46,8 +46,10 @@ _UNSAID = CAPABILITIES - {
     "cylinder_light",
     "sun_light",
     "dome_light",
+    "dome_texture",
     "light_beam",
     "light_multipliers",
+    "light_link",
 }  # cameras, surfaces and lights that no driver knows which was written before them
 
 

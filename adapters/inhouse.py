@@ -57,7 +57,7 @@ class InHouse:
         }
         | {"ggx", "dielectric", "emission", "normal_map"}
         | {"sphere_light", "rect_light", "disk_light", "cylinder_light", "sun_light", "dome_light"}
-        | {"light_beam", "light_multipliers"}
+        | {"dome_texture", "light_beam", "light_multipliers", "light_link"}
     )
 
     def declaration(self, quality: Quality) -> Declaration:

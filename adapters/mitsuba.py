@@ -72,7 +72,7 @@ class Mitsuba:
             "aperture_offset",
         }
         | {"ggx", "dielectric", "emission", "normal_map"}
-        | {"sphere_light", "rect_light", "disk_light", "cylinder_light", "sun_light", "dome_light"}
+        | {"sphere_light", "rect_light", "disk_light", "cylinder_light", "sun_light", "dome_light", "dome_texture"}
     )
     install: str = "pip install notabug[mitsuba]"
 

@@ -79,9 +79,7 @@ def _scene(
     camera = job["camera"]
     parts: PlugIn = {
         "type": "scene",
-        "light": {**light, "to_world": mi.ScalarTransform4f(np.array(light["to_world"]))}
-        if "to_world" in light
-        else light,
+        "light": _light(mi, light, arrays),
         "integrator": _integrator(job, light),
         "sensor": {
             **camera["lens"],
@@ -113,6 +111,16 @@ def _scene(
         else:
             parts[f"object{number}"] = _mesh(mi, f"object{number}", each, arrays, bsdf)
     made: mitsuba.Scene = mi.load_dict(parts)
+    return made
+
+
+def _light(mi: ModuleType, light: PlugIn, arrays: Arrays) -> PlugIn:
+    """The light with Mitsuba's own types of a matrix and a picture."""
+    made = dict(light)
+    if "to_world" in light:
+        made["to_world"] = mi.ScalarTransform4f(np.array(light["to_world"]))
+    if "bitmap" in light:
+        made["bitmap"] = mi.Bitmap(arrays[str(light["bitmap"])])
     return made
 
 

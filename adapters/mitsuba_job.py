@@ -91,7 +91,7 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[MitsubaJ
         "looks": {str(index): _look(each, follows) for index, each in shown.items()},
         "camera": _camera(scene.camera, scene.width / scene.height),
         "glows": glows,
-        "lights": [_light(each, scene) for each in scene.lights],
+        "lights": [_light(each, scene, arrays) for each in scene.lights],
         "textures": _textures(scene, arrays),
         "objects": [_object(scene, index, arrays) for index in range(len(scene.objects))],
     }, arrays
@@ -177,10 +177,10 @@ def _camera(camera: Camera, aspect: float) -> MitsubaCamera:
     return {"near": camera.near, "far": camera.far, "lens": lens, "to_world": to_world.tolist()}
 
 
-def _light(light: Light, scene: Scene) -> dict[str, object]:
+def _light(light: Light, scene: Scene, arrays: Arrays) -> dict[str, object]:
     power = {"type": "rgb", "value": list(light.intensity)}
     if light.emitter is not None:
-        return with_size(light, scene)
+        return with_size(light, scene, arrays)
     if light.kind == "point":
         return {"type": "point", "position": list(light.position), "intensity": power}
     return {"type": "directional", "direction": list(light.direction), "irradiance": power}

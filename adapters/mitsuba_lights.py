@@ -6,7 +6,9 @@
   seen, so there such lights are refused.
 - Each light is drawn alone, so that no light's shape hides another light.
 - A distant light with an angle is a sphere of that angle, so far away that its parallax shows in no pixel.
-- A dome is ``constant``.
+- A dome is ``constant``; with a picture it is ``envmap``, whose local frame is UsdLux's: +y the upper row, +z the
+  middle, +x a quarter from the left. Its first and last row lie at the poles, where UsdLux's texels have their edges:
+  it is given twice as many rows and one more, which is the same picture.
 """
 
 from __future__ import annotations
@@ -16,10 +18,10 @@ import math
 import numpy as np
 
 from notabug.adapters.base import UnsupportedError
-from notabug.adapters.job_types import PlugIn
+from notabug.adapters.job_types import Arrays, PlugIn
 from notabug.scenes_usd.emitters import side
 from notabug.scenes_usd.framing import bounds_of
-from notabug.scenes_usd.scene import Emitter, Light, Scene
+from notabug.scenes_usd.scene import Emitter, Floats, Light, Scene
 
 _SIMILAR = 1e-6  # relative deviation from a shape that Mitsuba has
 _FAR = 1e4  # of a sun, in sizes of the scene
@@ -27,7 +29,13 @@ _WIDEST = math.radians(60.0)  # half of a sun's angle: a far ball that is wider 
 
 
 def check_lights(scene: Scene, *, centres: bool, mirrors: bool) -> None:
-    """Raise UnsupportedError where lights with a size cannot be drawn under ``scene``'s materials, at pixel centres."""
+    """Raise UnsupportedError where lights with a size cannot be drawn under ``scene``'s materials, at pixel centres.
+
+    Nor can those with links: Mitsuba's lights light everything.
+    """
+    linked = next((light for light in scene.lights if light.is_linked), None)
+    if linked is not None:
+        raise UnsupportedError("Mitsuba has no light linking", where=linked.path, expected="a light that lights all")
     sized = next((each for each in scene.lights if each.emitter is not None), None)
     if sized is None:
         return
@@ -48,16 +56,29 @@ def check_lights(scene: Scene, *, centres: bool, mirrors: bool) -> None:
         )
 
 
-def with_size(light: Light, scene: Scene) -> PlugIn:
-    """The light as the child gets it."""
+def with_size(light: Light, scene: Scene, arrays: Arrays) -> PlugIn:
+    """The light as the child gets it; the picture of a dome is added to ``arrays``."""
     emitter = light.emitter
     assert emitter is not None
     radiance = {"type": "rgb", "value": list(light.intensity)}
+    if light.kind == "dome" and emitter.texture is not None:
+        name = f"sky{scene.lights.index(light)}"
+        arrays[name] = (_rows_to_the_poles(emitter.texture.pixels) * np.asarray(light.intensity)).astype(np.float32)
+        frame = np.eye(4)
+        frame[:3, :3] = emitter.axes.T
+        return {"type": "envmap", "bitmap": name, "to_world": frame.tolist()}
     if light.kind == "dome":
         return {"type": "constant", "radiance": radiance}
     shape = _sun(light, emitter, scene) if light.kind == "sun" else _shape(light, emitter)
     black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
     return {**shape, "emitter": {"type": "area", "radiance": radiance}, "bsdf": black}
+
+
+def _rows_to_the_poles(pixels: Floats) -> Floats:
+    """The rows (2 h + 1, w, 3) of a map of h rows that lie at its poles, and every half of a row from there on."""
+    down = np.arange(2 * len(pixels) + 1)  # an odd one is the centre of a row, an even one lies between two
+    last = len(pixels) - 1
+    return np.asarray((pixels[np.clip((down - 1) // 2, 0, last)] + pixels[np.clip(down // 2, 0, last)]) / 2.0)
 
 
 def _sun(light: Light, emitter: Emitter, scene: Scene) -> PlugIn:

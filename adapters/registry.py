@@ -87,7 +87,8 @@ def needs(scene: Scene) -> frozenset[str]:
     """The capabilities that ``scene`` asks for: what its card requires and what its content implies.
 
     Words: mesh, sphere, normals, uv, texture, point_light, distant_light, with a size sphere_light, rect_light,
-    disk_light, cylinder_light, sun_light (distant, with an angle) and dome_light, light_beam, light_multipliers,
+    disk_light, cylinder_light, sun_light (distant, with an angle) and dome_light, dome_texture, light_beam,
+    light_multipliers, light_link,
     opacity, phong, blinn, cosine_weighted, coloured_highlight, mirror, transmission, orthographic,
     aperture_offset; of a UsdPreviewSurface ggx, and
     dielectric where it is not all metal, emission, normal_map. A card may also require shadows; whether
@@ -102,8 +103,12 @@ def needs(scene: Scene) -> frozenset[str]:
         else:
             found.add("sphere")
     found.update(f"{light.kind}_light" for light in scene.lights)
+    if any(light.emitter is not None and light.emitter.texture is not None for light in scene.lights):
+        found.add("dome_texture")
     if any(light.shaping is not None for light in scene.lights):
         found.add("light_beam")
+    if any(light.is_linked for light in scene.lights):
+        found.add("light_link")
     if any(light.diffuse != 1.0 or light.specular != 1.0 for light in scene.lights):
         found.add("light_multipliers")
     if scene.camera.orthographic:

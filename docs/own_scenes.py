@@ -132,7 +132,7 @@ PLAIN_LIGHT, PLAIN_CAMERA, PLAIN_SETTINGS = (text.replace("BODY", "") for text i
 
 
 def textured(kind: str) -> str:
-    return f'def {kind} "More"\n{{\nasset inputs:texture:file = @./sky.exr@\n}}\n'
+    return f'def {kind} "More"\n{{\nasset inputs:texture:file = @./picture.png@\n}}\n'
 
 
 @dataclass(frozen=True, slots=True)
@@ -500,8 +500,8 @@ FEATURES = (
         for kind in ("RectLight", "DiskLight", "CylinderLight", "DomeLight")
     ),
     *(
-        Feature("light", f"{kind} with a texture", "adapted", light=PLAIN_LIGHT + textured(kind))
-        for kind in ("RectLight", "DomeLight")
+        Feature("light", f"{kind} with a texture", state, light=PLAIN_LIGHT + textured(kind))
+        for kind, state in (("RectLight", "adapted"), ("DomeLight", "read"), ("DomeLight_1", "read"))
     ),
     Feature(
         "light",
@@ -529,7 +529,7 @@ FEATURES = (
     Feature(
         "light",
         "light linking",
-        "adapted",
+        "read",
         light=LIGHT.replace("BODY", "rel collection:lightLink:excludes = </World/Shape>"),
     ),
     Feature("material", "UsdPreviewSurface, diffuse", "read"),

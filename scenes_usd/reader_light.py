@@ -1,10 +1,11 @@
-"""UsdLux lights to Lights: points and distant ones, and those with a size; linking and light profiles are refused."""
+"""UsdLux lights to Lights: points and distant ones, and those with a size; light profiles and filters are refused."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -13,6 +14,7 @@ from pxr import Usd, UsdLux
 from notabug.scenes_usd.emitters import area
 from notabug.scenes_usd.framing import bounds_of
 from notabug.scenes_usd.opinion import Opinion
+from notabug.scenes_usd.reader_dome import with_picture
 from notabug.scenes_usd.reader_values import (
     ORTHOGONAL,
     ROUNDED,
@@ -43,22 +45,23 @@ _SHAPING = "inputs:shaping:"
 FINEST_MAP = 16384.0  # texels along an edge: what graphics hardware has
 _HORIZON = 2.0 / (3.0 * math.pi)  # irradiance of the half of a small disk that is above the horizon, over pi s^2, per s
 _BRIGHTEST = 1e30  # pictures are float32
-_LINKS = (
-    "light:filters",
-    "collection:lightLink:includes",
-    "collection:lightLink:excludes",
-    "collection:shadowLink:includes",
-    "collection:shadowLink:excludes",
-)
+_FILTERS = "light:filters"
 
 
-def read_light(prim: Usd.Prim) -> Light:
-    """The light ``prim``; spheres and distant lights as if they had no size: see ``with_size``."""
+def read_light(prim: Usd.Prim, root: Path | None = None) -> Light:
+    """The light ``prim``; spheres and distant lights as if they had no size: see ``with_size``.
+
+    A dome's picture must be below ``root``, unless it is None.
+    """
     if prim.IsA(UsdLux.SphereLight):
         return read_point(prim)
     if prim.IsA(UsdLux.DistantLight):
         return read_distant(prim)
-    return read_shape(prim, str(prim.GetTypeName()).removesuffix("_1").removesuffix("Light").lower())
+    light = read_shape(prim, str(prim.GetTypeName()).removesuffix("_1").removesuffix("Light").lower())
+    if light.kind != "dome" or light.emitter is None:
+        return light
+    emitter = light.emitter
+    return replace(light, emitter=recovered(lambda: with_picture(prim, emitter, root), emitter))
 
 
 def read_point(prim: Usd.Prim) -> Light:
@@ -148,9 +151,10 @@ def read_shape(prim: Usd.Prim, kind: str) -> Light:
     emitter = light.emitter
     assert emitter is not None
     name = "inputs:texture:file"
-    if getattr(value(prim, name, "asset"), "path", ""):
+    if kind != "dome" and getattr(value(prim, name, "asset"), "path", ""):
         none = opinion(prim, name, "asset", "")
-        refuse(fault(prim, name, "textures of lights are not supported", expected="a constant colour", mends=none))
+        what = f"a texture on a {kind} light is not supported"
+        refuse(fault(prim, name, what, expected="a constant colour, or a dome", mends=none))
     note("approximated", where(prim), "its direct light only, and the light itself is not seen")
     normalized = kind != "dome" and bool(value(prim, "inputs:normalize", "flag", False))
     exposure = number(prim, "inputs:exposure", 0.0, low=-1000.0, high=1000.0)
@@ -265,12 +269,10 @@ def _emitted(prim: Usd.Prim) -> Colour:
     if getattr(value(prim, name, "asset"), "path", ""):
         none = opinion(prim, name, "asset", "")
         refuse(fault(prim, name, "light profiles are not supported", expected="no ShapingAPI", mends=none))
-    for name in _LINKS:
-        relationship = prim.GetRelationship(name)
-        if relationship and relationship.GetTargets():
-            none = opinion(prim, name, "rel", [])
-            do = "remove the targets"
-            refuse(fault(prim, name, "light filters and linking are not supported", do=do, mends=none))
+    relationship = prim.GetRelationship(_FILTERS)
+    if relationship and relationship.GetTargets():
+        none = opinion(prim, _FILTERS, "rel", [])
+        refuse(fault(prim, _FILTERS, "light filters are not supported", do="remove the targets", mends=none))
     intensity = number(prim, "inputs:intensity", 1.0, low=0.0)
     exposure = number(prim, "inputs:exposure", 0.0, low=-1000.0, high=1000.0)
     plain_colour = (1.0, 1.0, 1.0)

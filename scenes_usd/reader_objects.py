@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.opinion import Opinion
@@ -44,6 +44,7 @@ class Drawing:
         self.textures = Textures(root)
         self.materials = Materials(self.textures)
         self.objects: list[Object] = []
+        self.owners: list[Sdf.Path] = []  # of each object the prim that it is made of: a mesh, or the outer instancer
         self.failed = False  # whether something that would be drawn is refused
         self._stage = stage
         self._grid = grid
@@ -62,6 +63,8 @@ class Drawing:
         except SceneError:
             self.failed = True
             raise
+        finally:
+            self.owners += [prim.GetPath()] * (len(self.objects) - len(self.owners))
 
     def mesh(self, prim: Usd.Prim) -> Mesh | None:
         """The mesh at ``prim``, which is not drawn itself, as one."""

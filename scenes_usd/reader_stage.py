@@ -15,6 +15,7 @@ from notabug.scenes_usd.framing import camera_for
 from notabug.scenes_usd.reader_camera import Picture, find_settings, read_picture
 from notabug.scenes_usd.reader_choice import check_frame, choose, open_stage
 from notabug.scenes_usd.reader_light import read_light, with_size
+from notabug.scenes_usd.reader_links import with_links
 from notabug.scenes_usd.reader_objects import Drawing
 from notabug.scenes_usd.reader_pixel import PixelGrid
 from notabug.scenes_usd.reader_prims import LIGHTS, not_read, visible
@@ -104,7 +105,7 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str], over: Sd
                 drawing.add(prim)
         elif str(prim.GetTypeName()) in LIGHTS:
             with going_on():
-                lights.append((prim, read_light(prim)))
+                lights.append((prim, read_light(prim, drawing.textures.root)))
         else:
             with going_on():
                 _pass_over(prim)
@@ -120,6 +121,12 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str], over: Sd
         grid = replace(grid, camera=camera)
     shining = [recovered(lambda: with_size(prim, light, objects, grid), light) for prim, light in lights]  # noqa: B023
     intent = recovered(lambda: _intent(stage, root, card.intent, drawing), None)
+    drawn = list(zip((shape.path for shape in objects), drawing.owners, strict=True))
+    drawn += [] if intent is None else [(intent.path, Sdf.Path(intent.path))]
+    linked = [
+        recovered(lambda: with_links(prim, light, drawn), light)  # noqa: B023
+        for (prim, _), light in zip(lights, shining, strict=True)
+    ]
     if camera is None:
         raise SceneError("no camera, and nothing to see", where=str(root.GetPath()))
     return Scene(
@@ -131,7 +138,7 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str], over: Sd
         width=picture.width,
         height=picture.height,
         objects=tuple(objects),
-        lights=tuple(shining),
+        lights=tuple(linked),
         materials=tuple(drawing.materials.found),
         textures=tuple(drawing.textures.found),
         intent=intent,

@@ -12,16 +12,16 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pxr import Ar, Usd, UsdShade
+from pxr import Usd, UsdShade
 
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.fence import check_inside, outermost
-from notabug.scenes_usd.picture import Picture, PictureError, read_picture
+from notabug.scenes_usd.picture import PictureError
+from notabug.scenes_usd.reader_asset import automatic_space, exact_pixels, read_asset
 from notabug.scenes_usd.reader_values import ROUNDED, check_number, checked, fault, read, where
 from notabug.scenes_usd.reading import each_tried, note
 from notabug.scenes_usd.scene import Floats, Texture
 from notabug.scenes_usd.srgb import decode_srgb
-from notabug.scenes_usd.temporary import temporary_folder
 
 _INPUTS = {"file", "st", "wrapS", "wrapT", "sourceColorSpace", "scale", "bias", "fallback"}
 _TRANSFORM_INPUTS = {"in", "rotation", "scale", "translation"}
@@ -203,7 +203,7 @@ def _texels(prim: Usd.Prim, look: _Look) -> tuple[Floats, Literal["raw", "sRGB"]
     """The file's pixels (h, w, 3), linear, and the colour space that they were decoded from."""
     name, space = look.name, look.space
     try:
-        picture = _read_asset(name)
+        picture = read_asset(name)
     except PictureError as error:
         raise SceneError(
             error.what,
@@ -221,14 +221,12 @@ def _texels(prim: Usd.Prim, look: _Look) -> tuple[Floats, Literal["raw", "sRGB"]
             got=f"{picture.channels} channels with alpha below 1",
             do="store the texture without alpha, and opacity in the material",
         )
-    if space == "auto":  # UsdPreviewSurface: eight bits and three or four channels are sRGB, all else is linear
-        space = "sRGB" if picture.channels in (3, 4) and picture.stored == "uint8" else "raw"
+    if space == "auto":
+        space = automatic_space(picture)
         if space == "sRGB" and look.use in ("number", "normal"):
             what = f"not said: a {look.use} of eight bits is decoded as sRGB, as the specification has it"
             note("approximated", where(prim, "inputs:sourceColorSpace"), what)
-    pixels: Floats = picture.pixels.astype(np.float64)
-    if picture.quantum in (1 / 255, 1 / 65535):  # the exact fractions, without the float32 they were read through
-        pixels = np.rint(pixels / picture.quantum) / round(1 / picture.quantum)
+    pixels = exact_pixels(picture)
     low, high = _RANGES[look.use]
     if not (np.isfinite(pixels).all() and pixels.min() >= low - ROUNDED and pixels.max() <= high + ROUNDED):
         raise fault(prim, "inputs:file", "texels out of range", expected=f"{low:g} to {high:g}", got=name)
@@ -236,20 +234,6 @@ def _texels(prim: Usd.Prim, look: _Look) -> tuple[Floats, Literal["raw", "sRGB"]
     if space == "sRGB":
         return decode_srgb(pixels), "sRGB"
     return pixels, "raw"
-
-
-def _read_asset(name: str) -> Picture:
-    """A picture file, also one inside a .usdz package."""
-    if not Ar.IsPackageRelativePath(name):
-        return read_picture(Path(name))
-    asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(name))
-    if not asset:
-        raise PictureError("cannot be opened in its package", where=name)
-    inner = Ar.SplitPackageRelativePathInner(name)[1]
-    with temporary_folder() as folder:
-        copy = folder / f"texture{Path(inner).suffix}"
-        copy.write_bytes(asset.GetBuffer())
-        return read_picture(copy)
 
 
 def _coordinates(shader: UsdShade.Shader) -> Coordinates:

@@ -34,7 +34,7 @@ class Card:
     intent: str = ""  # path of the guide prim that the picture is meant to show; "" where meshes mean themselves
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Texture:
     """A bilinear texture.
 
@@ -190,7 +190,8 @@ class Emitter:
 
     ``sphere``: the ball of radius 1. ``rect``: |x|, |y| <= 1 at z = 0, and ``disk``: x^2 + y^2 <= 1 at z = 0, both to
     the side of -z only. ``cylinder``: y^2 + z^2 = 1, |x| <= 1, outward, without its ends. ``sun``: directions within
-    ``half_angle`` (radians) of the light's. ``dome``: every direction.
+    ``half_angle`` (radians) of the light's. ``dome``: every direction; its radiance is multiplied by a ``texture``, if
+    it has one, a latitude-longitude map: the upper row is +y, the middle +z, a quarter from the left edge +x.
 
     ``normalized`` and ``exposure`` are what the file says; the light's radiance has both in it already.
     """
@@ -199,6 +200,7 @@ class Emitter:
     half_angle: float = 0.0
     normalized: bool = False
     exposure: float = 0.0
+    texture: Texture | None = field(default=None, metadata={"left out": None})
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,6 +230,7 @@ class Light:
     ``emitter`` its shape about ``position``; see ``Emitter``.
 
     ``diffuse`` and ``specular`` multiply what diffuse surfaces and highlights make of it; ``shaping`` is a beam.
+    ``unlit`` are the paths of the objects that it does not light, ``unshadowing`` of those that do not block it.
     """
 
     path: str
@@ -240,11 +243,19 @@ class Light:
     diffuse: float = field(default=1.0, metadata={"left out": 1.0})
     specular: float = field(default=1.0, metadata={"left out": 1.0})
     shaping: Shaping | None = field(default=None, metadata={"left out": None})
+    unlit: tuple[str, ...] = field(default=(), metadata={"left out": ()})
+    unshadowing: tuple[str, ...] = field(default=(), metadata={"left out": ()})
 
     @property
     def is_plain(self) -> bool:
         """Whether it is a point or distant light, shines alike in every direction, and on everything alike."""
-        return self.emitter is None and self.diffuse == self.specular == 1.0 and self.shaping is None
+        alike = self.diffuse == self.specular == 1.0 and not self.is_linked
+        return self.emitter is None and alike and self.shaping is None
+
+    @property
+    def is_linked(self) -> bool:
+        """Whether there is an object that it does not light, or that casts no shadow of it."""
+        return bool(self.unlit or self.unshadowing)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -42,8 +42,10 @@ def write_scene(scene: Scene, path: Path, *, metres_per_unit: float = 1.0, up: s
         custom["requires"] = Vt.StringArray(sorted(card.requires))
     prim.SetCustomData({"notabug": custom})
     _camera(stage, scene)
-    for light in scene.lights:
+    for number, light in enumerate(scene.lights):
         _light(stage, light)
+        if light.emitter is not None and light.emitter.texture is not None:
+            _sky(stage, light, *_file(light.emitter.texture, path.parent, f"sky{number}"))
     files = _textures(scene, path.parent)
     for material in scene.materials:
         _material(stage, material, files)
@@ -58,18 +60,27 @@ def write_scene(scene: Scene, path: Path, *, metres_per_unit: float = 1.0, up: s
 
 def _textures(scene: Scene, folder: Path) -> list[tuple[str, Texture]]:
     """The scene's textures as files below ``folder``: their paths relative to it."""
-    found = []
-    for index, texture in enumerate(scene.textures):
-        copied = texture.path.is_file()
-        name = f"textures/{index}-{texture.path.name}" if copied else f"textures/{index}.exr"
-        (folder / "textures").mkdir(parents=True, exist_ok=True)
-        if copied:
-            shutil.copyfile(texture.path, folder / name)
-        else:
-            write_exr(folder / name, texture.pixels)
-            texture = replace(texture, colour_space="raw")
-        found.append((name, texture))
-    return found
+    return [_file(texture, folder, str(index)) for index, texture in enumerate(scene.textures)]
+
+
+def _file(texture: Texture, folder: Path, word: str) -> tuple[str, Texture]:
+    """The file of ``texture`` below ``folder``, called after ``word``: its relative path, and what it holds."""
+    copied = texture.path.is_file()
+    name = f"textures/{word}-{texture.path.name}" if copied else f"textures/{word}.exr"
+    (folder / "textures").mkdir(parents=True, exist_ok=True)
+    if copied:
+        shutil.copyfile(texture.path, folder / name)
+        return name, texture
+    write_exr(folder / name, texture.pixels)
+    return name, replace(texture, colour_space="raw")
+
+
+def _sky(stage: Usd.Stage, light: Light, file: str, texture: Texture) -> None:
+    """The picture of the dome ``light``."""
+    dome = UsdLux.DomeLight(stage.GetPrimAtPath(light.path))
+    dome.CreateTextureFormatAttr(UsdLux.Tokens.latlong)
+    made = dome.CreateTextureFileAttr(Sdf.AssetPath(f"./{file}"))
+    made.SetColorSpace(texture.colour_space)
 
 
 def _camera(stage: Usd.Stage, scene: Scene) -> None:
@@ -94,6 +105,12 @@ def _light(stage: Usd.Stage, light: Light) -> None:
     for name in ("diffuse", "specular"):
         if (said := getattr(light, name)) != 1.0:
             UsdLux.LightAPI(made).GetPrim().GetAttribute(f"inputs:{name}").Set(said)
+    for collection, left_out in (
+        (UsdLux.LightAPI(made).GetLightLinkCollectionAPI(), light.unlit),
+        (UsdLux.LightAPI(made).GetShadowLinkCollectionAPI(), light.unshadowing),
+    ):
+        if left_out:
+            collection.CreateExcludesRel().SetTargets([Sdf.Path(path) for path in left_out])
     if light.shaping is not None:
         beam = UsdLux.ShapingAPI.Apply(made.GetPrim())
         beam.CreateShapingConeAngleAttr(light.shaping.cone)

@@ -32,7 +32,7 @@ def describe(scene: Scene) -> dict[str, object]:
         "width": scene.width,
         "height": scene.height,
         "camera": _camera(scene.camera),
-        "lights": [_light(light) for light in scene.lights],
+        "lights": [{**_light(light, number), **_links(light, scene)} for number, light in enumerate(scene.lights)],
         "materials": [_material(material) for material in scene.materials],
         "textures": [_texture(index, each) for index, each in enumerate(scene.textures)],
         "objects": [_object(shape) for shape in scene.objects],
@@ -61,7 +61,12 @@ def _camera(camera: Camera) -> dict[str, object]:
     }
 
 
-def _light(light: Light) -> dict[str, object]:
+def sky_name(number: int) -> str:
+    """The file of the picture of the dome with that number among the lights."""
+    return f"sky{number}.pfm"
+
+
+def _light(light: Light, number: int) -> dict[str, object]:
     said: dict[str, object] = {} if light.shadow_map is None else {"shadow_map": asdict(light.shadow_map)}
     said |= {name: factor for name in ("diffuse", "specular") if (factor := getattr(light, name)) != 1.0}
     if light.shaping is not None:
@@ -69,10 +74,22 @@ def _light(light: Light) -> dict[str, object]:
     if light.emitter is not None:
         placed = {"position": list(light.position), "direction": list(light.direction)}
         shape = {"axes": light.emitter.axes.tolist(), "half_angle": light.emitter.half_angle}
+        if light.emitter.texture is not None:
+            said["picture"] = sky_name(number)
         return {"kind": light.kind, **placed, **shape, "radiance": list(light.intensity), **said}
     if light.kind == "point":
         return {"kind": "point", "position": list(light.position), "intensity": list(light.intensity), **said}
     return {"kind": "distant", "direction": list(light.direction), "irradiance": list(light.intensity), **said}
+
+
+def _links(light: Light, scene: Scene) -> dict[str, object]:
+    """The objects, by their places, that the light does not reach, and those that cast no shadow of it."""
+    said = {"unlit": light.unlit, "unshadowing": light.unshadowing}
+    return {
+        name: [number for number, shape in enumerate(scene.objects) if shape.path in paths]
+        for name, paths in said.items()
+        if paths
+    }
 
 
 def _material(material: Material) -> dict[str, object]:

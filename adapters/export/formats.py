@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from notabug.adapters.base import Quality, UnsupportedError
-from notabug.adapters.export.description import describe, texture_name
+from notabug.adapters.export.description import describe, sky_name, texture_name
 from notabug.scenes_usd.picture import write_png
 from notabug.scenes_usd.scene import Floats, Scene
 
@@ -25,7 +25,7 @@ def export(scene: Scene, kind: str, folder: Path, quality: Quality | None = None
     odd = next((each for each in scene.lights if not each.is_plain), None)
     if odd is not None and kind in _POINTS:
         raise UnsupportedError(
-            f"a {odd.kind} light with a size, a beam or multipliers has no place in this format here",
+            f"a {odd.kind} light with a size, a beam, multipliers or links has no place in this format here",
             where=odd.path,
             expected="point and distant lights",
             do="choose usd, json or mitsuba, or make the light a point (treatAsPoint)",
@@ -33,6 +33,9 @@ def export(scene: Scene, kind: str, folder: Path, quality: Quality | None = None
     for index, texture in enumerate(scene.textures):
         write_png(folder / texture_name(index, ".png"), texture.pixels)
         write_pfm(folder / texture_name(index, ".pfm"), texture.pixels)
+    for number, light in enumerate(scene.lights):
+        if light.emitter is not None and light.emitter.texture is not None:
+            write_pfm(folder / sky_name(number), light.emitter.texture.pixels)
     (folder / "scene.json").write_text(json.dumps(describe(scene), allow_nan=False), "utf-8")
     return FORMATS[kind](scene, folder, quality or Quality())
 

@@ -1,4 +1,4 @@
-"""Faults of lights with a size, of beams and of multipliers: what UsdLux says of them is left out, or doubled."""
+"""Faults of lights with a size, beams, multipliers and links: what UsdLux says of them is left out, or doubled."""
 
 from __future__ import annotations
 
@@ -38,6 +38,18 @@ def models(scene: Scene) -> Iterator[Model]:
         yield _fault("exposure_ignored", "inputs:exposure of lights is ignored", _unexposed)
     if any(each.shaping is not None for each in scene.lights):
         yield _fault("cone_ignored", "the beam of lights is ignored", lambda each: replace(each, shaping=None))
+    if any(each.unlit for each in scene.lights):
+        yield _fault(
+            "light_link_ignored",
+            "lightLink of lights is ignored: they light every object",
+            lambda each: replace(each, unlit=()),
+        )
+    if any(each.unshadowing for each in scene.lights):
+        yield _fault(
+            "shadow_link_ignored",
+            "shadowLink of lights is ignored: every object casts their shadows",
+            lambda each: replace(each, unshadowing=()),
+        )
     if any(each.diffuse != 1.0 or each.specular != 1.0 for each in scene.lights):
         yield _fault(
             "light_multiplier_ignored",

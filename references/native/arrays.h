@@ -78,7 +78,9 @@ Scene<T> scene_of(const py::handle& flat) {
     const auto normals = field<T, Vec3<T>>(flat, "normal");
     scene.normal = normals.data;
     scene.uv = field_of<T>(flat, "uv", 2 * normals.count);
-    scene.material = field<std::int32_t>(flat, "material").data;
+    const auto owned = field<std::int32_t>(flat, "material");
+    scene.material = owned.data;
+    scene.objects = owned.count;
     const auto materials = field<T, Vec3<T>>(flat, "diffuse");
     scene.diffuse = materials.data;
     scene.materials = materials.count;
@@ -91,6 +93,10 @@ Scene<T> scene_of(const py::handle& flat) {
         if (rows<T, Emitter<T>>(emitters, "emitters").count != lights.count)
             throw py::value_error("emitters: not as many as there are lights");
         if (flat.attr("secondary").is_none()) throw py::value_error("emitters: expected coefficients beside them");
+    }
+    if (const py::object links = flat.attr("links"); !links.is_none()) {
+        scene.links = field_of<std::uint8_t>(flat, "links", lights.count * scene.objects);
+        if (!scene.emitter) throw py::value_error("links: expected emitters beside them");
     }
     scene.camera = *field_of<T, Camera<T>>(flat, "camera", 1);
     scene.radius = flat.attr("radius").cast<T>();
@@ -105,6 +111,16 @@ Scene<T> scene_of(const py::handle& flat) {
     if (const py::object textures = flat.attr("textures"); !textures.is_none()) {
         scene.textures.texels = field<T, Vec3<T>>(textures, "texels").data;
         scene.textures.info = field<std::int64_t, TextureInfo>(textures, "info").data;
+    }
+    if (const py::object skies = flat.attr("skies"); !skies.is_none()) {
+        const auto texels = field<T, Vec3<T>>(skies, "texels");
+        const auto info = field<std::int64_t, TextureInfo>(skies, "info");
+        scene.skies.pictures = {texels.data, info.data};
+        scene.skies.info = field_of<std::int64_t, SkyInfo>(skies, "starts", info.count);
+        scene.skies.share = field_of<T>(skies, "share", info.count);
+        scene.skies.weight = field_of<T>(skies, "weight", texels.count);
+        scene.skies.cells = field_of<T>(skies, "cells", texels.count);
+        scene.skies.rows = field<T>(skies, "rows").data;
     }
     if (const py::object spheres = flat.attr("spheres"); !spheres.is_none()) {
         const auto radius = field<T>(spheres, "radius");

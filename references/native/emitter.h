@@ -4,12 +4,9 @@
 // angle; a unit square maps to them, so that a lattice in the square is a cubature of the light's integral.
 #pragma once
 
-#include "shade.h"
+#include "sky.h"
 
 namespace notabug {
-
-template <class T>
-constexpr T pi = T(3.141592653589793238462643383279502884L);
 
 enum class Shape : int { none, sphere, rect, disk, cylinder, sun, dome };
 
@@ -18,11 +15,6 @@ template <class T>
 struct Aim {
     Vec3<T> L{0, 0, 0};
     T distance = 0, density = 0;
-};
-
-template <class T>
-struct Unit {  // a point of the unit square
-    T a, b;
 };
 
 template <class T>
@@ -176,6 +168,7 @@ inline bool faces(const Emitter<T>& e, const Vec3<T>& at) {
 // What is seen of a light from a point `at` with the normal N.
 template <class T>
 struct View_of {
+    const Skies<T>& skies;
     const Emitter<T>& e;
     const Vec3<T>& at;
     const Vec3<T>& N;
@@ -184,8 +177,8 @@ struct View_of {
     T share = 1;             // of a rectangle's first triangle
     T area = 0;              // of the rectangle's directions, 0 where its points are taken
 
-    View_of(const Emitter<T>& emitter, const Vec3<T>& from, const Vec3<T>& normal)
-        : e(emitter), at(from), N(normal), o(to_local(emitter, from - emitter.centre)), seen(faces(emitter, from)) {
+    View_of(const Skies<T>& pictures, const Emitter<T>& emitter, const Vec3<T>& from, const Vec3<T>& normal)
+        : skies(pictures), e(emitter), at(from), N(normal), o(to_local(emitter, from - emitter.centre)), seen(faces(emitter, from)) {
         if (seen && shape() == Shape::rect) {
             const SeenRectangle<T> rectangle(e, at);
             if (!rectangle.is_small()) area = rectangle.area();
@@ -214,6 +207,7 @@ struct View_of {
             case Shape::sun:
                 return {about(around(-e.axis), u.a, u.b * e.spread), infinity<T>, T(1) / (T(2) * pi<T> * e.spread)};
             case Shape::dome: {
+                if (e.sky >= 0) return towards_sky(u);
                 const T r = std::sqrt(u.b), phi = T(2) * pi<T> * u.a, up = std::sqrt(std::max(T(1) - u.b, T(0)));
                 return {around(N).of(r * std::cos(phi), r * std::sin(phi), up), infinity<T>, up / pi<T>};
             }
@@ -262,10 +256,32 @@ struct View_of {
             }
             case Shape::dome: {
                 const T nl = dot(N, L);
+                if (e.sky >= 0) return {L, infinity<T>, sky_density(L)};
                 return {L, infinity<T>, std::max(nl, T(0)) / pi<T>};
             }
             default: return {};
         }
+    }
+
+    // Of a dome with a picture: a share of the directions follows the picture, the others the cosine.
+    Aim<T> towards_sky(const Unit<T>& u) const {
+        const int k = static_cast<int>(e.sky);
+        const T share = skies.share[k];
+        Vec3<T> L;
+        if (u.a < share) {
+            const Vec3<T> along = to_world(e, toward_texel(skies, k, Unit<T>{u.a / share, u.b}));
+            L = along / length(along);
+        } else {
+            const T r = std::sqrt(u.b), phi = T(2) * pi<T> * (u.a - share) / (T(1) - share);
+            L = around(N).of(r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(T(1) - u.b, T(0))));
+        }
+        return {L, infinity<T>, sky_density(L)};
+    }
+
+    T sky_density(const Vec3<T>& L) const {
+        const int k = static_cast<int>(e.sky);
+        const T share = skies.share[k], even = std::max(dot(N, L), T(0)) / pi<T>;
+        return share * density_of_texel(skies, k, to_local(e, L)) + (T(1) - share) * even;
     }
 
     static constexpr T unit_roundoff() { return std::numeric_limits<T>::epsilon(); }

@@ -24,6 +24,8 @@ struct Light {
     Vec3<T> intensity;
 };
 
+enum Link : std::uint8_t { unlit = 1, unshadowing = 2 };  // the light does not reach the object; is not blocked by it
+
 // What a light has beside its Light: size, beam and multipliers, see emitter.h.
 template <class T>
 struct Emitter {
@@ -38,6 +40,7 @@ struct Emitter {
     Vec3<T> centre, axis, normal;
     Vec3<T> x, y, z;           // of the shape, in world space
     Vec3<T> to_x, to_y, to_z;  // their inverse: local x is to_x . p
+    T sky;                     // the number of a dome's picture, or -1
 };
 
 template <class T>
@@ -105,6 +108,21 @@ template <class T>
 struct Textures {
     const Vec3<T>* texels = nullptr;
     const TextureInfo* info = nullptr;
+};
+
+struct SkyInfo {
+    std::int64_t rows, cells;  // where its cumulative weights begin
+};
+
+// The pictures of domes, and how bright their texels are: see sky.h.
+template <class T>
+struct Skies {
+    Textures<T> pictures;
+    const SkyInfo* info = nullptr;
+    const T* share = nullptr;   // of the directions to each dome those that follow its picture
+    const T* weight = nullptr;  // of each texel: its share of those
+    const T* rows = nullptr;    // cumulative: the share of all the rows down to this one
+    const T* cells = nullptr;   // cumulative: the share of the row's texels down to this one
 };
 
 template <class T>
@@ -184,12 +202,15 @@ struct Scene {
     const std::int32_t* texture = nullptr;   // of each material, or -1
     std::int64_t lights = 0;
     const Light<T>* light = nullptr;
-    const Emitter<T>* emitter = nullptr;  // of each light, where any has a size, a beam or a multiplier
+    const Emitter<T>* emitter = nullptr;  // of each light, where any has a size, a beam, a multiplier or links
+    std::int64_t objects = 0;
+    const std::uint8_t* links = nullptr;  // of each light and object, bits of Link; null where every light has all
     Camera<T> camera{};
     T radius = 0;  // of the whole scene, for error bounds
 
     Quads<T> quads;
     Textures<T> textures;
+    Skies<T> skies;  // of domes with a picture
     Spheres<T> spheres;
     Lobes<T> lobes;
     const Coefficients<T>* secondary = nullptr;  // of each material, where any sends rays on

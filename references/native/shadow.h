@@ -85,6 +85,14 @@ struct ShadowRay {
     bool culled;
     T gap;
     GapLoses gap_loses;
+    const std::uint8_t* links = nullptr;  // of the light to each object, where there are any
+
+    // Whether the object casts no shadow of this light.
+    template <class F>
+    bool passes(int object) const {
+        if constexpr (!F::emitters) return false;
+        else return links && (links[object] & unshadowing);
+    }
 };
 
 template <class T>
@@ -126,6 +134,10 @@ LightShare<T> stepped(const Scene<T>& scene, const ShadowRay<T>& shadow, int fac
         } else {
             owner = scene.spheres.object[hit.sphere];
         }
+        if (shadow.template passes<F>(owner)) {
+            tmin = hit.t;
+            continue;
+        }
         if (objects && (hit.t - last < shadow.gap || owner == lost)) {
             lost = hit.t - last < shadow.gap ? owner : -1;
             last = tmin = hit.t;
@@ -153,7 +165,7 @@ LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
         if (shadow.leaves) face = scene.face[shadow.triangle];
         const bool under = shadow.forgive > 0 && chord.depth >= 0 &&
                            rises(scene.points[shadow.triangle], L) * shadow.side <= 0;
-        if (under && hollow(scene, shadow.triangle, L, shadow.side)) return {{0, 0, 0}, true};
+        if (under && !shadow.template passes<F>(owner) && hollow(scene, shadow.triangle, L, shadow.side)) return {{0, 0, 0}, true};
         own_mesh = under || (shadow.forgive > 1 && chord.depth >= 0);
     }
     if (shadow.gap > 0) return stepped<T, F>(scene, shadow, face, own_mesh ? owner : -1, chord);
@@ -163,6 +175,7 @@ LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
         visit_triangles(scene, walk, shadow.tmin, shadow.tmax, [&](std::int32_t i, const Met<T>& met) {
             if (!(met.t > shadow.tmin && met.t < shadow.tmax) || scene.face[i] == face) return true;
             if (shadow.culled && rises(scene.points[i], L) > 0) return true;
+            if (shadow.template passes<F>(scene.object[i])) return true;
             if (own_mesh && scene.object[i] == owner && excused(scene, i, met, L, chord)) {
                 forgiven = true;
                 return true;
@@ -175,7 +188,7 @@ LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
     }
     if constexpr (F::spheres) {
         for (std::int64_t i = 0; i < scene.spheres.count; ++i) {
-            if (i == shadow.sphere) continue;
+            if (i == shadow.sphere || shadow.template passes<F>(scene.spheres.object[i])) continue;
             const Roots<T> roots = sphere_roots(scene.spheres, i, ray);
             for (const T t : {roots.near, roots.far}) {
                 if (!(shadow.tmin < t && t < shadow.tmax)) continue;

@@ -129,6 +129,9 @@ struct Whitted {
         const int turns = s.painted || gouraud ? count * (!gouraud ? 1 : s.weights.quad >= 0 ? 4 : 3) : 0;
         for (int turn = 0; turn < turns; ++turn) {
             const int k = turn % count;
+            if constexpr (F::emitters) {
+                if (scene.links && (scene.links[k * scene.objects + s.object] & unlit)) continue;
+            }
             if (gouraud) {  // the same light at the facet's corners, as seen from where the ray started
                 const LitCorner<T> c = lit_corner(scene, hit.triangle, turn / count, s.weights, s.side, ray.origin,
                                                   option.silhouette);
@@ -177,7 +180,8 @@ struct Whitted {
                                               option.transparent_shadows,
                                               option.shadow_rays == ShadowRays::culled,
                                               static_cast<T>(option.shadow_gap),
-                                              option.gap_loses};
+                                              option.gap_loses,
+                                              scene.links ? scene.links + k * scene.objects : nullptr};
                     const LightShare<T> through = transmittance<T, F>(scene, shadow);
                     share = through.share;
                     if (!sized() && option.shadow_map != ShadowMap::none)
@@ -211,6 +215,10 @@ struct Whitted {
                 Vec3<T> E = mul(e, light.intensity);
                 if constexpr (F::emitters) {
                     if (scene.emitter) E = mul(E, beam(scene.emitter[k], to.L));
+                    if (scene.emitter && scene.emitter[k].sky >= 0) {
+                        const Emitter<T>& dome = scene.emitter[k];
+                        E = mul(E, sky(scene.skies, static_cast<int>(dome.sky), to_local(dome, to.L)));
+                    }
                 }
                 const T lambert = std::max(nl, T(0));
                 Vec3<T> diffuse{E.x * colour.x * lambert, E.y * colour.y * lambert, E.z * colour.z * lambert};
@@ -254,8 +262,9 @@ struct Whitted {
                             const T end = bounded ? aim.distance : infinity<T>;
                             shine(Seen{aim.L, aim.distance, end, weight}, counts, std::true_type{});
                         };
-                        spread(View_of<T>(e, at, N), gloss_of(scene, material, softest, glossy, view),
-                               cubature.moved(k, from.generation), along);
+                        const Cubature moved = cubature.moved(k, from.generation);
+                        spread(View_of<T>(scene.skies, e, at, N), gloss_of(scene, material, softest, glossy, view),
+                               e.sky >= 0 ? moved.finer() : moved, along);
                         if (here && lighted && !shadowed) lit.open |= std::uint64_t(1) << (k & 63);
                         if (here && shadowed && !lighted) lit.hidden |= std::uint64_t(1) << (k & 63);
                     }

@@ -14,6 +14,7 @@ from notabug.scenes_usd.scene import Emitter, Light, Shaping
 SHAPES = ("none", "sphere", "rect", "disk", "cylinder", "sun", "dome")  # in the order of Shape in native/emitter.h
 DIRECTIONS = 55  # to each light with a size, from every sample of a pixel
 CENTRE_DIRECTIONS = 233  # and from its centre, whose value stands alone
+PREVIEW_DIRECTIONS = 55  # and from the centre of a preview, of which only differences to others of its kind count
 
 
 def has_emitters(lights: Sequence[Light]) -> bool:
@@ -22,13 +23,19 @@ def has_emitters(lights: Sequence[Light]) -> bool:
 
 
 def emitters(lights: Sequence[Light], dtype: npt.DTypeLike) -> npt.NDArray[np.floating] | None:
-    """The rows (lights, 41), or None where every light is plain."""
+    """The rows (lights, 42), or None where every light is plain."""
     if not has_emitters(lights):
         return None
-    return np.ascontiguousarray([_row(light) for light in lights], dtype)
+    domes = textured(lights)
+    return np.ascontiguousarray([_row(light, domes) for light in lights], dtype)
 
 
-def _row(light: Light) -> list[float]:
+def textured(lights: Sequence[Light]) -> list[Light]:
+    """The domes with a picture, which has their number here."""
+    return [light for light in lights if light.emitter is not None and light.emitter.texture is not None]
+
+
+def _row(light: Light, domes: Sequence[Light]) -> list[float]:
     shape = SHAPES.index(light.kind) if light.emitter is not None else 0
     emitter = light.emitter or Emitter()
     beam = light.shaping or Shaping()
@@ -51,4 +58,5 @@ def _row(light: Light) -> list[float]:
         *(side(emitter) if flat else light.direction),
         *emitter.axes.ravel().tolist(),
         *np.linalg.inv(emitter.axes).T.ravel().tolist(),
+        float(next((number for number, dome in enumerate(domes) if dome is light), -1)),
     ]

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from notabug.references.tracer import bvh
 from notabug.references.tracer.emitters import emitters
+from notabug.references.tracer.skies import Skies, skies
 from notabug.scenes_usd.faces import patches, shapes
 from notabug.scenes_usd.scene import Light, Mesh, Object, Preview, Scene
 from notabug.scenes_usd.triangulate import Triangles, triangulate
@@ -87,11 +88,15 @@ class Flat(NamedTuple):
     diffuse: Array  # (m, 3)
     texture: Array  # (m,) or -1
     light: Array  # (lights, 7): 0 with a place | 1 without, position or direction, intensity or radiance
-    emitters: Array | None  # (lights, 41) where any has a size, a beam or a multiplier: Emitter of native/scene.h
+    emitters: Array | None  # (lights, 42) where any has a size, beam, multiplier or link: Emitter of native/scene.h
+    links: (
+        Array | None
+    )  # (lights, objects) uint8: 1 where the light does not reach it, 2 where it casts no shadow of it
     camera: Array  # (17,): origin, x axis * tan_x, y axis * tan_y, -z axis, near, far, shift_x, shift_y, orthographic
     radius: Any  # of the whole scene, a scalar of the arrays' precision, for error bounds
     quads: Quads | None
     textures: Textures | None
+    skies: Skies | None
     spheres: Spheres | None
     lobes: Lobes | None
     secondary: Secondary | None
@@ -205,9 +210,11 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
         texture=np.array([each.texture for each in materials], np.int32),
         light=real([_light(each) for each in scene.lights]).reshape(-1, 7),
         emitters=emitters(scene.lights, np.dtype(dtype)),
+        links=_links(scene),
         camera=real(_camera(scene)),
         radius=np.dtype(dtype).type(max(reach)),
         textures=_textures(scene, real),
+        skies=skies(scene.lights, real),
         spheres=_spheres(scene, real),
         lobes=_lobes(scene, real),
         secondary=_secondary(scene, real),
@@ -243,6 +250,16 @@ def _joined(parts: Sequence[npt.NDArray[np.integer]], order: Array, dtype: npt.D
 def _light(light: Light) -> tuple[float, ...]:
     far = light.kind in ("distant", "sun", "dome")
     return (float(far), *(light.direction if far else light.position), *light.intensity)
+
+
+def _links(scene: Scene) -> Array | None:
+    if not any(light.is_linked for light in scene.lights):
+        return None
+    paths = [shape.path for shape in scene.objects]
+    return np.array(
+        [[(path in light.unlit) + 2 * (path in light.unshadowing) for path in paths] for light in scene.lights],
+        np.uint8,
+    )
 
 
 def _camera(scene: Scene) -> npt.NDArray[np.float64]:

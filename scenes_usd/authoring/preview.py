@@ -138,8 +138,10 @@ def _pictures() -> Mapping[str, npt.NDArray[np.uint8]]:
         [np.sin(2 * np.pi * (column + 0.5) / TILES), np.cos(2 * np.pi * (row + 0.5) / TILES)], axis=2
     )
     bumps = np.concatenate([tilt, np.sqrt(1.0 - (tilt**2).sum(axis=2, keepdims=True))], axis=2)
+    sky = np.repeat(np.linspace(150, 40, 8)[:, None, None] * (0.8, 0.9, 1.0), 16, axis=1)
+    sky[2, 5], sky[4, 10] = (255, 225, 180), (80, 160, 255)
     pictures = {
         "checks": checks, "corners": corners, "ramp": level, "packed": packed, "third": third, "flat": flat,
-        "bumps": np.round((bumps + 1.0) * 127.5),
+        "bumps": np.round((bumps + 1.0) * 127.5), "sky": sky,
     }  # fmt: skip
     return {name: np.ascontiguousarray(pixels.astype(np.uint8)) for name, pixels in pictures.items()}

@@ -136,6 +136,11 @@ LIGHTS = (
         "A dome light shines from every side alike: a surface that sees all of it reflects pi times its radiance.",
         **soft("Dome", "float inputs:intensity = 0.8"),
     ),
+    feature(
+        "light_dome_picture",
+        "A dome's picture has its upper row at +Y, its middle at +Z, and a quarter from the left +X.",
+        **soft("Dome", "float inputs:intensity = 1.2\nasset inputs:texture:file = @./textures/sky.png@"),
+    ),
     feature("light_cone", "A cone cuts a light at its angle.", **beam("float inputs:shaping:cone:angle = 16")),
     feature(
         "light_cone_softness",

@@ -266,6 +266,7 @@ def test_lights_with_a_size_have_usdluxs_radiance(files: dict[str, Path], tmp_pa
         "rectangle, scaled and normalised, with its multipliers",
         "CylinderLight",
         "DomeLight",
+        "DomeLight with a texture",
         "spot light",
     ],
 )

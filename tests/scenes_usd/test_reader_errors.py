@@ -162,7 +162,23 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
     "dome with a texture": (
         (("# scene", 'def DomeLight "Sky"\n{\nasset inputs:texture:file = @sky.exr@\n}'),),
         "/Scene/Sky.inputs:texture:file",
-        "textures of lights",
+        "no such texture file",
+    ),
+    "dome with a cube map": (
+        (
+            (
+                "# scene",
+                'def DomeLight "Sky"\n{\nasset inputs:texture:file = @sky.exr@\n'
+                'token inputs:texture:format = "cubeMapVerticalCross"\n}',
+            ),
+        ),
+        "/Scene/Sky.inputs:texture:format",
+        "this parameterization is not supported",
+    ),
+    "rectangle with a texture": (
+        (("# scene", 'def RectLight "Area"\n{\nasset inputs:texture:file = @sky.exr@\n}'),),
+        "/Scene/Area.inputs:texture:file",
+        "a texture on a rect light",
     ),
     "nothing drawn": ((("# square", 'token visibility = "invisible"'),), "/Scene", "nothing to draw"),
     # geometry
