@@ -51,7 +51,7 @@ class GlobalFit:
                 abs(each) / (POLICY.global_fit.shift + 3.0 * error)
                 for each, error in zip(self.shift, self.shift_error, strict=True)
             ),
-            self.warp / (POLICY.global_fit.warp + 3.0 * self.warp_error),
+            self.warp / (POLICY.global_fit.shift + 3.0 * self.warp_error),
         )
 
     @property
