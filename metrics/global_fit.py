@@ -144,7 +144,7 @@ def _gain(x: Floats, y: Floats, variance: Floats, least: float, kappa: float) ->
 
 
 def some(places: Places) -> Places:
-    """Some _ENOUGH of ``places`` (n,), evenly spread."""
+    """Some of ``places`` (n,), evenly spread."""
     return places[:: max(1, places.size // POLICY.global_fit.enough)]
 
 

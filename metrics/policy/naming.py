@@ -28,7 +28,7 @@ class Names:
     exact: float = number(0.01, "misfit", "that leaves nothing for another name to explain", "convention", "name")
     rounded: float = number(
         0.01,
-        "share of `names.EXACT`",
+        "share of `names.exact`",
         "the misfit of a name that is rounding: there two are alike unless one is half of the other",
         "measured: 0.0018 of it for the right names of 7/57 of the generality bench, 2026-11-30",
         "name",

@@ -21,6 +21,8 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
+from itertools import product
 from pathlib import Path
 from unittest import mock
 
@@ -312,13 +314,12 @@ def errors(counts: Table) -> tuple[int, int, int]:
 
 def printed(rows: Sequence[Row]) -> str:
     """The tables of the rules and of the factor and margin with the fewest errors, and the errors of the others."""
-    each = {
-        (factor, margin): table(
-            rows, lambda row, factor=factor, margin=margin: row.costs[f"{factor:g}"].word(factor * margin)
-        )
-        for factor in LAMBDAS
-        for margin in MARGINS
-    }
+
+    def said(factor: float, margin: float, row: Row) -> str:
+        return row.costs[f"{factor:g}"].word(factor * margin)
+
+    pairs = list(product(LAMBDAS, MARGINS))
+    each = {pair: table(rows, partial(said, *pair)) for pair in pairs}
     best = min(each, key=lambda pair: (sum(errors(each[pair])), pair))
     lines = [f"{len(rows)} pictures of the tuning half, {SIDE} x {SIDE}"]
     titled = (
