@@ -66,7 +66,9 @@ def constants(name: str) -> Iterator[tuple[str, object]]:
     module = importlib.import_module(f"notabug.metrics.{name}")
     for node in _tree(name).body:
         if any(isinstance(part, ast.Name) and part.id == "POLICY" for part in ast.walk(node)):
-            continue  # it is read from there
+            if _assigned(node):  # it is read from there; numbers that are put to it are not
+                yield from _found(name, node)
+            continue
         for target in _assigned(node):
             for part in ast.walk(target):
                 if isinstance(part, ast.Name) and part.id.isupper() and numeric(getattr(module, part.id)):
@@ -81,14 +83,18 @@ def _literal(part: ast.AST) -> int | float | None:
     return None if value in SMALL or abs(value) <= AGAINST_ZERO else value
 
 
+def _found(name: str, node: ast.AST) -> Iterator[tuple[str, object]]:
+    for part in ast.walk(node):
+        value = _literal(part)
+        if value is not None:
+            yield f"{name}: {shown(value)}", value
+
+
 def literals(name: str) -> Iterator[tuple[str, object]]:
     """``file: literal`` and the value of each number that stands in a function of metrics/``name``.py."""
     for node in _tree(name).body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            for part in ast.walk(node):
-                value = _literal(part)
-                if value is not None:
-                    yield f"{name}: {shown(value)}", value
+            yield from _found(name, node)
 
 
 def stray() -> dict[str, str]:
