@@ -84,7 +84,7 @@ def admissible(
         value = filtered(value, reach_of_filter)
     if math.isfinite(declaration.white):
         value, lo, hi = (np.minimum(each, declaration.white) for each in (value, lo, hi))
-    tau = tolerance * np.abs(value) + ABSOLUTE * max(min(float(value.max(initial=0.0)), peak), POLICY.admissible.dark)
+    tau = tolerance * np.abs(value) + ABSOLUTE * max(min(float(value.max(initial=0.0)), peak), 1e-9)
     tau += _rounded(declaration, value, hi)
     samples = missed = None
     sampled = (lo, hi, envelope.variance if declaration.filter == "box" else most_variance(hi - lo))
@@ -139,9 +139,10 @@ def beside_centre(envelope: Envelope) -> Floats:
 
 def _rounded(declaration: Declaration, value: Floats, hi: Floats) -> Floats | float:
     """By how much the output's number format may move ``value`` (h, w, 3), or what is admitted there up to ``hi``."""
+    slack = POLICY.admissible.rounding
     if declaration.shared_exponent:
-        return POLICY.admissible.cut * declaration.quantum * largest(np.maximum(np.abs(value), np.abs(hi)))[..., None]
-    return POLICY.admissible.lsb * declaration.quantum * (np.abs(value) if declaration.relative_quantum else 1.0)
+        return (1.0 + slack) * declaration.quantum * largest(np.maximum(np.abs(value), np.abs(hi)))[..., None]
+    return (0.5 + slack) * declaration.quantum * (np.abs(value) if declaration.relative_quantum else 1.0)
 
 
 def slope(value: Floats) -> Floats:

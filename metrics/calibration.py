@@ -19,7 +19,8 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.causes import encoded, find_scale, find_shifts, zoomed
+from notabug.metrics.causes import encoded, find_scale, find_shifts, why_gain, zoomed
+from notabug.metrics.formulas import BOX_DEVIATION
 from notabug.metrics.image_checks import invalid
 from notabug.metrics.policy import POLICY
 from notabug.references.models.camera import half_if_near
@@ -71,7 +72,7 @@ def read_card(
     if wrong is not None:
         return Reading(repeats=repeats, causes=(wrong.name,), sentence=wrong.message)
     mean: Floats = np.asarray(np.stack(pictures).mean(axis=0, dtype=np.float64))
-    if float(np.ptp(mean)) <= 1e-3 * float(value.max()):
+    if float(np.ptp(mean)) <= POLICY.causes.black * float(value.max()):
         return _blank(mean, value, repeats)
     likeness, orientation, channels = _orientation(mean, value)
     down, across = _TURNS[orientation]
@@ -94,7 +95,7 @@ def read_card(
         noise=noise,
         repeats=repeats,
     )
-    if misfit > POLICY.calibration.fits:
+    if misfit > 2.0 * RELATIVE:
         return reading
     said = dict(_faults(reading, declaration))
     return Reading(
@@ -114,7 +115,7 @@ def _unlike(mean: Floats, value: Floats, repeats: bool | None) -> Reading:
 
 
 def _blank(mean: Floats, value: Floats, repeats: bool | None) -> Reading:
-    if float(mean.max()) < 1e-3 * float(value.max()):
+    if float(mean.max()) < POLICY.causes.black * float(value.max()):
         return Reading(repeats=repeats, causes=("black",), sentence="the picture is black: no light, object or camera")
     what = "the picture is of one colour: the card is not in view, or not lit"
     return Reading(repeats=repeats, causes=("one_colour",), sentence=what)
@@ -131,15 +132,15 @@ def _faults(reading: Reading, declaration: Declaration) -> list[tuple[str, str]]
     if max(abs(x), abs(y)) > POLICY.calibration.shift:
         where = f"({x:+.2f}, {y:+.2f})"
         found.append(("pixel_shift", f"shifted by {where} pixels (right, down): pixel centres lie at +0.5"))
-    if abs(reading.scale - 1.0) > POLICY.calibration.scale:
+    if abs(reading.scale - 1.0) > POLICY.causes.no_zoom:
         wrong = f"magnified by {reading.scale:.4f}: the field of view is 2 atan(tan_x) across and 2 atan(tan_y) high"
         found.append(("field_of_view", wrong))
     if reading.srgb:
         found.append(("srgb_encoded", 'sRGB-encoded: write linear values, or declare encoding = "srgb"'))
-    elif abs(reading.gamma - 1.0) > POLICY.calibration.gamma:
+    elif abs(reading.gamma - 1.0) > POLICY.causes.no_gamma:
         found.append(("gamma", f"raised to the power {reading.gamma:.3f}: write linear values"))
     if not reading.srgb and abs(reading.gain - 1.0) > RELATIVE:
-        found.append(("light_gain", f"{reading.gain:.4f} times as bright as it should be{_why(reading.gain)}"))
+        found.append(("light_gain", f"{reading.gain:.4f} times as bright as it should be{why_gain(reading.gain)}"))
     widest = {
         "point": POLICY.calibration.point_width,
         "box": POLICY.calibration.box_width,
@@ -155,13 +156,6 @@ def _faults(reading: Reading, declaration: Declaration) -> list[tuple[str, str]]
     if not declaration.noisy and reading.repeats is False:
         found.append(("noise_undeclared", "another one when it is drawn again: declare noisy = true and pass {seed}"))
     return found
-
-
-def _why(gain: float) -> str:
-    for value, why in ((math.pi, ": a 1/pi is missing"), (1 / math.pi, ": a 1/pi too many"), (4 * math.pi, ": 4 pi")):
-        if abs(gain / value - 1) < 0.01:
-            return why
-    return ""
 
 
 def _orientation(mean: Floats, value: Floats) -> tuple[float, str, str]:
@@ -215,11 +209,11 @@ def _transfer(mean: Floats, value: Floats) -> tuple[float, float, bool, Floats, 
     and count for nothing.
     """
     at = _smooth(value) & (mean > 1e-4 * mean.max()) & (mean < 0.999 * mean.max())
-    if at.sum() < 64:
+    if at.sum() < POLICY.global_fit.min_pixels:
         return 1.0, 1.0, False, value, math.inf
     x, y = np.log(value[at]), np.log(mean[at])
     gamma = float(np.cov(x, y)[0, 1] / max(float(x.var(ddof=1)), 1e-30))
-    gamma = 1.0 if abs(gamma - 1.0) < POLICY.calibration.gamma else gamma
+    gamma = 1.0 if abs(gamma - 1.0) < POLICY.causes.no_gamma else gamma
     gain = float(np.exp(np.median(y - gamma * x)))
     power = gain * np.maximum(value, 0.0) ** gamma
     as_srgb = encoded(value)
@@ -249,8 +243,8 @@ def _width(mean: Floats, value: Floats) -> float:
     best = int(np.argmin(misfits))
     # dots are no blur, though a blur hides them
     if best == len(widths) - 1 or misfits[best] > POLICY.calibration.blurred * misfits[0]:
-        return POLICY.calibration.box
-    return math.hypot(POLICY.calibration.box, float(widths[best]))
+        return BOX_DEVIATION
+    return math.hypot(BOX_DEVIATION, float(widths[best]))
 
 
 def _noise(pictures: Sequence[Floats], mean: Floats) -> float:

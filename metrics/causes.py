@@ -18,6 +18,7 @@ from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
 from notabug.metrics.policy import POLICY
 from notabug.references.models.camera import shift_message
+from notabug.references.tracer.precision import RELATIVE
 from notabug.scenes_usd.srgb import decode_srgb, encode_srgb
 
 Floats = npt.NDArray[np.floating]
@@ -72,7 +73,7 @@ def _shift(mean: Floats, dx: float, dy: float) -> Callable[[Admissible], Admissi
 
 def _encoded(to: Admissible) -> Admissible:
     found = changed(to, encoded)
-    return replace(found, tau=np.maximum(found.tau, POLICY.causes.encoded))
+    return replace(found, tau=np.maximum(found.tau, 2.0 * RELATIVE))
 
 
 def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
@@ -127,10 +128,15 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
 
 def gain_message(gain: float) -> str:
     """What a gain of the whole picture means in words."""
+    return f"gain {gain:.4f}{why_gain(gain) or ': every value is multiplied by it'}"
+
+
+def why_gain(gain: float) -> str:
+    """Which factor a gain may be that is often missing, or ""."""
     for value, why in ((math.pi, ": a 1/pi is missing"), (1 / math.pi, ": a 1/pi too many"), (2 * math.tau, ": 4 pi")):
         if abs(gain / value - 1) < POLICY.causes.near_pi:
-            return f"gain {gain:.4f}{why}"
-    return f"gain {gain:.4f}: every value is multiplied by it"
+            return why
+    return ""
 
 
 def shifted(picture: Floats, dx: float, dy: float) -> Floats:
@@ -153,7 +159,7 @@ def zoomed(picture: Floats, scale: float, step: int = 1) -> Floats:
 
 def _median_ratio(mean: Floats, value: Floats, bright: float) -> float | None:
     at = value > POLICY.causes.gain_from * bright
-    if at.sum() < POLICY.causes.enough:
+    if at.sum() < POLICY.global_fit.min_pixels:
         return None
     gain = float(np.median(mean[at] / value[at]))
     return gain if gain > 0 and abs(gain - 1) > POLICY.causes.no_gain else None
@@ -162,15 +168,13 @@ def _median_ratio(mean: Floats, value: Floats, bright: float) -> float | None:
 def _top(mean: Floats, value: Floats) -> float | None:
     """Where values are cut off: what a picture shows of all that should be brighter than its brightest value."""
     above = value > POLICY.causes.cut_off * float(mean.max(initial=0.0))
-    return float(np.median(mean[above])) if above.sum() >= POLICY.causes.enough_cut_off else None
+    return float(np.median(mean[above])) if above.sum() >= POLICY.regression.enough else None
 
 
 def _gamma(mean: Floats, value: Floats, bright: float) -> float | None:
     clipped = POLICY.causes.clipped
-    at = (
-        (value > POLICY.causes.gamma_from * bright) & (value < clipped) & (mean > POLICY.causes.dark) & (mean < clipped)
-    )
-    if at.sum() < POLICY.causes.enough:
+    at = (value > POLICY.global_fit.lit * bright) & (value < clipped) & (mean > POLICY.causes.dark) & (mean < clipped)
+    if at.sum() < POLICY.global_fit.min_pixels:
         return None
     gamma = float(np.median(np.log(mean[at]) / np.log(value[at])))
     most = POLICY.causes.most_gamma

@@ -28,7 +28,7 @@ TOUCHING = np.ones((3, 3))  # pixels touch along sides and at corners
 
 
 def most(edges: int) -> int:
-    """How many of ``edges`` pixels along edges may be wrong by chance: Poisson's quantile, and BUDGET at most."""
+    """How many of ``edges`` pixels along edges may be wrong by chance: Poisson's quantile, and ``budget`` at most."""
     from scipy import special
 
     numbers = POLICY.excused

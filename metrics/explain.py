@@ -254,7 +254,7 @@ def _grown(
     """The models of ``start`` and more that leave nothing to be explained, or None.
 
     One is added at a time, the one that leaves least: a renderer has all of its conventions and limitations at once, so
-    what mirrors, facets and quads do together takes more than LARGEST_SET of them.
+    what mirrors, facets and quads do together takes more than ``largest_set`` of them.
     """
     while len(start.models) < POLICY.explain.largest_grown:
         fits = [

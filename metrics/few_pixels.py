@@ -65,7 +65,7 @@ def few_gain(measured: Measured, to: Admissible, excluded: Bools, channels: slic
     )
     error = float(np.hypot(_of_edges(y - flux * x, slack, _coverage(to, lit)) / light, noise))
     smooth = ~edge & (x > 0)
-    if np.count_nonzero(smooth) >= POLICY.few_pixels.enough_smooth:
+    if np.count_nonzero(smooth) >= POLICY.regression.enough:
         ratio = y[smooth] / x[smooth]
         peak = float(np.median(ratio))
         scatter = DEVIATION * float(np.median(np.abs(ratio - peak)))

@@ -12,6 +12,8 @@ DEVIATION = 1.4826
 """Times the median of |x - median| is the standard deviation of normal noise: 1 / the normal quantile of 3/4."""
 BOX_VARIANCE = 1.0 / 12.0
 """Of a box one pixel wide, in squared pixels."""
+BOX_DEVIATION = 12.0**-0.5
+"""Its standard deviation, in pixels."""
 
 Number = TypeVar("Number", float, npt.NDArray[np.floating])
 

@@ -51,7 +51,7 @@ class GlobalFit:
                 abs(each) / (POLICY.global_fit.shift + 3.0 * error)
                 for each, error in zip(self.shift, self.shift_error, strict=True)
             ),
-            self.warp / (POLICY.global_fit.warp + 3.0 * self.warp_error),
+            self.warp / (POLICY.global_fit.shift + 3.0 * self.warp_error),
         )
 
     @property
@@ -144,7 +144,7 @@ def _gain(x: Floats, y: Floats, variance: Floats, least: float, kappa: float) ->
 
 
 def some(places: Places) -> Places:
-    """Some _ENOUGH of ``places`` (n,), evenly spread."""
+    """Some of ``places`` (n,), evenly spread."""
     return places[:: max(1, places.size // POLICY.global_fit.enough)]
 
 

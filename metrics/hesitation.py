@@ -29,6 +29,7 @@ from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import Predict
 from notabug.metrics.rules import support
 from notabug.references.models.model import Model
+from notabug.references.tracer.envelope import GRID
 from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
 from notabug.scenes_usd.scene import Scene
 
@@ -103,9 +104,12 @@ def may_be_noise(
     # what a grid of subsamples may miss, which a pixel's tolerance holds, cancels over many pixels as noise does
     value = np.abs(found.target.value)
     quantum = declaration.quantum * (value if declaration.relative_quantum else 1.0)
-    tau = (RELATIVE * value + ABSOLUTE * float(value.max(initial=0.0)) + POLICY.admissible.lsb * quantum) * smooth
+    tau = (
+        RELATIVE * value + ABSOLUTE * float(value.max(initial=0.0)) + (0.5 + POLICY.admissible.rounding) * quantum
+    ) * smooth
     shared = max(1.0, (2.0 * declaration.radius) ** 2)  # pixels that a sample counts for
-    variance = POLICY.hesitation.regular * variance * smooth / max(1, declaration.samples)
+    every_place = GRID**2 / (GRID**2 - 1)  # times the variance of regular subsamples of an even slope
+    variance = every_place * variance * smooth / max(1, declaration.samples)
     square = ((1.0 + 2.0 * POLICY.admissible.missed) * (most - least) * smooth) ** 2
     return _cancels(np.abs(_sums(off)), _sums(tau), _sums(variance) * shared, float(square.max()) ** 0.5 * shared) and (
         # a square of that mean is off its own by no more variance than the largest square times the mean
@@ -128,7 +132,7 @@ def _cancels(off: Floats, mean: Floats, variance: Floats, largest: float) -> boo
     independent values of that ``variance``, each at most ``largest``, exceeds its mean by sqrt(2 v t) + c t, where c is
     a third of the largest value, with a chance of at most exp(-t).
     """
-    t = math.log(2.0 * off.size / POLICY.hesitation.chance)
+    t = math.log(2.0 * off.size / POLICY.significance.certain)
     return bool((off <= mean + np.sqrt(2.0 * variance * t) + largest / 3.0 * t).all())
 
 
@@ -144,9 +148,10 @@ def _one_sample(found: Explanation, reference: Admissible, scene: Scene) -> tupl
     # a light with a size, too, is followed along one direction, and weighed by how likely that is
     bends = any(each.sends_on for each in scene.materials) or any(each.emitter is not None for each in scene.lights)
     if len(scene.lights) > 1 or bends:
-        most = max(1, len(scene.lights)) * (
-            np.full_like(most, POLICY.hesitation.branches * float(most.max())) if bends else most
-        )
+        most = (
+            np.full_like(most, 3 * float(most.max())) if bends else most
+        )  # the surface, its mirror ray, its refracted one
+        most = max(1, len(scene.lights)) * most
         least = np.zeros_like(least)
         variance = most_variance(most - least)
     return least, most, variance
@@ -162,12 +167,11 @@ def _looks_noisy(measured: Measured, found: Explanation) -> bool:
     if bright.sum() < POLICY.hesitation.enough_bright or wrong.size < POLICY.hesitation.least_wrong * bright.sum():
         return False
     # all too dark, or all too bright: acne, or holes
-    if not POLICY.hesitation.one_sided < float((wrong > 0).mean()) < 1.0 - POLICY.hesitation.one_sided:
+    if not POLICY.hesitation.least_wrong < float((wrong > 0).mean()) < 1.0 - POLICY.hesitation.least_wrong:
         return False
     centred = np.where(bright, r - r[bright].mean(), 0.0)
     power = float((centred**2).sum()) / float(bright.sum())
     both = bright[:, 1:] & bright[:, :-1]
     lag = float((centred[:, 1:] * centred[:, :-1])[both].mean()) if both.any() else power
-    return lag < POLICY.hesitation.most_alike * power and abs(
-        float(r[bright].mean())
-    ) < POLICY.hesitation.most_biased * float(np.sqrt(power))
+    bias = abs(float(r[bright].mean()))
+    return lag < POLICY.hesitation.most_alike * power and bias < POLICY.hesitation.most_biased * float(np.sqrt(power))

@@ -100,7 +100,7 @@ def better(each: Name, best: Name, exact: float, *, noisy: bool) -> bool:
         return _excuses(each) < _excuses(best)
     if max(each.remains, best.remains) <= POLICY.names.nothing:
         if each.burden != best.burden:
-            # a misfit below EXACT leaves nothing to be explained: there the fewest limitations and axes decide
+            # a misfit below ``exact`` leaves nothing to be explained: there the fewest limitations and axes decide
             burden = POLICY.names.laden ** (each.burden - best.burden)
             return max(each.misfit, POLICY.names.exact) * burden < POLICY.names.better * max(
                 best.misfit, POLICY.names.exact

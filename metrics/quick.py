@@ -17,6 +17,7 @@ from notabug.metrics.image_filters import widened
 from notabug.metrics.noise import Measured
 from notabug.metrics.policy import POLICY
 from notabug.references.models.model import Model
+from notabug.references.tracer.envelope import AROUND
 
 if TYPE_CHECKING:
     from notabug.metrics.explain import Explanation
@@ -32,7 +33,6 @@ NEARER = POLICY.quick.nearer
 FARTHER = POLICY.quick.farther
 ACTS = POLICY.quick.acts
 SURELY = POLICY.quick.surely
-AROUND = POLICY.quick.around
 
 
 class Preview(Protocol):

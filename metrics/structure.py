@@ -183,7 +183,8 @@ def _dotted(trial: Trial, found: Explained) -> bool:
     """Whether shares alpha differ from those around them; a rule that knows none has the relative deviation for it."""
     from scipy import ndimage
 
-    measured, base, numbers = trial.measured, trial.base, POLICY.rules
+    measured, base = trial.measured, trial.base
+    numbers = POLICY.rules
     _, alpha, within, _ = found
     if trial.model.rule == "any":  # its alpha is 0 or 1
         bright = np.maximum(largest(np.abs(base.value)), largest(base.tau))

@@ -11,7 +11,6 @@ from notabug.metrics.policy.number import number
 class Admissible:
     """The numbers of metrics/admissible.py."""
 
-    dark: float = number(1e-9, "linear value", "taken for the brightest value of a black picture", "convention", "word")
     grid: float = number(
         0.2,
         "of the range in the footprints around",
@@ -64,15 +63,12 @@ class Admissible:
         "time",
     )
     stray: int = number(2, "samples", "of a pixel that last bits may lead astray", "convention", "word")
-    lsb: float = number(
-        0.55,
+    rounding: float = number(
+        0.05,
         "of a step",
-        "what rounding to the output's format may do",
-        "derived: half a step, and a little for a rounding before it",
+        "beyond half a step, or a whole one where Ward's RGBE cuts, that rounding to the output's format may do",
+        "convention: a little, for a rounding before it",
         "word",
-    )
-    cut: float = number(
-        1.05, "of a step", "what Ward's RGBE may do, which cuts what does not fit", "derived: a whole step", "word"
     )
     bend: float = number(
         0.15,

@@ -11,23 +11,8 @@ from notabug.metrics.policy.number import number
 class Calibration:
     """The numbers of metrics/calibration.py."""
 
-    gamma: float = number(
-        0.01,
-        "exponent",
-        "a reading of the card whose gamma is farther from 1 is a fault of the adapter; a nearer one is taken for 1",
-        "convention",
-        "word",
-    )
-    shift: float = number(0.1, "pixels", "the same for a shift of the picture", "convention", "word")
-    scale: float = number(0.003, "ratio", "the same for a magnification", "convention", "word")
+    shift: float = number(0.1, "pixels", "a larger shift of the card is a fault of the adapter", "convention", "word")
     like: float = number(0.8, "correlation", "below it the picture does not show the card", "convention", "word")
-    fits: float = number(
-        0.008,
-        "share of white",
-        "what the readings may leave; above, they do not describe the picture and accuse nobody",
-        "convention: twice the tolerance",
-        "word",
-    )
     tones: int = number(
         32,
         "steps",
@@ -38,7 +23,6 @@ class Calibration:
     noise: float = number(
         1e-4, "relative", "a deviation between seeds that is more than rounding", "convention", "word"
     )
-    box: float = number(12.0**-0.5, "pixels", "standard deviation of a box of one pixel", "derived: 12^(-1/2)", "word")
     blurred: float = number(
         0.5, "share", "of the difference at edges that a blur may leave; else it is no blur", "convention", "word"
     )

@@ -22,7 +22,11 @@ class Significance:
         "word",
     )
     certain: float = number(
-        1e-6, "chance in the whole picture", "a pixel below it is no false discovery", "convention", "word"
+        1e-6,
+        "chance in the whole picture",
+        "a pixel below it is no false discovery; and of noise to go as far as its bound",
+        "convention",
+        "word",
     )
     floor: float = number(
         0.02,

@@ -131,7 +131,7 @@ class Explain:
     shorter: float = number(
         0.9,
         "of the bug leg",
-        "a larger set that leaves more than it of what a smaller one leaves is no better",
+        "a larger set that leaves more than it of what a smaller one leaves is no better, also beside a fault",
         "convention",
         "word",
     )
@@ -178,7 +178,6 @@ class Quick:
         "time",
     )
     surely: float = number(2.0, "tolerances", "and where it surely acts", "convention", "time")
-    around: int = number(4, "pixels", "a filter's radius and what falls between centres", "convention", "time")
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,31 +19,12 @@ class Hesitation:
         "convention",
         "word",
     )
-    regular: float = number(
-        16.0 / 15.0,
-        "ratio",
-        "of the variance of all places of an even slope to that of 4 x 4 subsamples",
-        "derived: 16 / 15",
-        "word",
-    )
-    chance: float = number(
-        1e-6, "chance", "of noise to go as far as its bound anywhere in a picture", "convention", "word"
-    )
-    branches: int = number(
-        3,
-        "rays",
-        "that go on from a surface, of which a renderer may follow one and weigh it by their number",
-        "derived: the surface itself, its mirror ray and its refracted ray",
-        "word",
-    )
     enough_bright: int = number(256, "pixels", "fewer bright ones cannot look noisy", "convention", "word")
     least_wrong: float = number(
-        0.05, "of the bright pixels", "that must be wrong in a picture that looks noisy", "convention", "word"
-    )
-    one_sided: float = number(
         0.05,
-        "of the wrong pixels",
-        "that must be too bright in a picture that looks noisy, and too dark: else it is acne, or holes",
+        "share",
+        "of the bright pixels that must be wrong in a picture that looks noisy; and of those that must be too bright, "
+        "and too dark: else it is acne, or holes",
         "convention",
         "word",
     )

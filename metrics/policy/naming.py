@@ -28,7 +28,7 @@ class Names:
     exact: float = number(0.01, "misfit", "that leaves nothing for another name to explain", "convention", "name")
     rounded: float = number(
         0.01,
-        "share of `names.EXACT`",
+        "share of `names.exact`",
         "the misfit of a name that is rounding: there two are alike unless one is half of the other",
         "measured: 0.0018 of it for the right names of 7/57 of the generality bench, 2026-11-30",
         "name",
@@ -137,7 +137,6 @@ class Fitted:
     choice: float = number(0.05, "misfit", "added for a fault that may choose at each pixel", "convention", "name")
     free: float = number(1.1, "ratio", "and its misfit is multiplied by it", "convention", "name")
     nearly: float = number(0.03, "of the bug leg", "a strength that leaves less is good enough", "convention", "time")
-    shorter: float = number(0.9, "of the bug leg", "that a further limitation may leave", "convention", "name")
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,17 +220,25 @@ class Causes:
     black: float = number(1e-3, "of the brightest value", "below it a picture is black", "convention", "name")
     no_gain: float = number(1e-3, "ratio", "a gain this near to 1 is none", "convention", "name")
     settled: float = number(1e-3, "pixels", "a smaller step ends the refinement of a shift", "convention", "name")
-    no_zoom: float = number(0.003, "ratio", "a smaller magnification is none", "convention", "name")
-    encoded: float = number(0.008, "encoded value", "tolerance of an encoded picture", "convention", "name")
+    no_zoom: float = number(
+        0.003,
+        "ratio",
+        "a smaller magnification is none; a larger one of the card is a fault of the adapter",
+        "convention",
+        "word",
+    )
     edge: float = number(
         0.01, "share", "an edge's coverage that still counts after a change of the picture", "convention", "name"
     )
     near_pi: float = number(
         0.01, "ratio", "a gain this near to pi, its inverse or 4 pi is called that", "convention", "nothing"
     )
-    no_gamma: float = number(0.01, "exponent", "a gamma this near to 1 is none", "convention", "name")
-    gamma_from: float = number(
-        0.02, "of the brightest value", "a darker pixel tells nothing of a gamma", "convention", "name"
+    no_gamma: float = number(
+        0.01,
+        "exponent",
+        "a gamma this near to 1 is none; one of the card farther from it is a fault of the adapter",
+        "convention",
+        "word",
     )
     gain_from: float = number(
         0.05, "of the brightest value", "a darker pixel tells nothing of a gain", "convention", "name"
@@ -252,9 +259,7 @@ class Causes:
         4, "pixels", "of the rows and columns that the rough search for a magnification looks at", "convention", "time"
     )
     most_gamma: int = number(5, "exponent", "the greatest gamma; the least is its inverse", "convention", "name")
-    enough_cut_off: int = number(8, "pixels", "fewer do not tell where values are cut off", "convention", "name")
     shift_turns: int = number(8, "steps", "of a shift's refinement", "convention", "name")
     upsampling: int = number(20, "-", "phase correlation is refined to a twentieth of a pixel", "convention", "name")
     zoom_fine_steps: int = number(31, "steps", "of the fine search for a magnification", "convention", "name")
     zoom_steps: int = number(57, "steps", "of the rough search for a magnification", "convention", "name")
-    enough: int = number(64, "values", "fewer tell neither a gain nor a gamma", "convention", "name")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -92,13 +93,13 @@ def list_policy() -> list[dict[str, object]]:
     """Every number that decides a verdict, by the step of docs/judge.md that uses it."""
     return [
         {
+            "step": (re.findall(r"Step (\d+)", entry.step) or [entry.step.split()[0].lower()])[0],
             "number": entry.name,
             "value": plain(entry.value),
             "unit": entry.said.unit,
             "meaning": entry.said.meaning,
             "source": entry.said.source,
             "decides": entry.said.decides,
-            "step": entry.step,
         }
         for entry in entries()
     ]
@@ -115,7 +116,7 @@ LISTS: Mapping[str, Callable[[], Sequence[Mapping[str, object]]]] = {
 }
 
 
-_WIDE = ("claim", "caveat", "version", "values", "meaning", "scenes", "rule", "unit", "source", "step")
+_WIDE = ("claim", "caveat", "version", "values", "meaning", "scenes", "rule", "unit", "source")
 
 
 def ranges(places: Sequence[int]) -> str:

@@ -166,7 +166,7 @@ def test_a_fight_is_not_rare_where_surfaces_coincide(studio: Any) -> None:
     lit = np.flatnonzero((picture > 0.1).all(axis=2))
     picture.reshape(-1, 3)[np.random.default_rng(1).choice(lit, 50, replace=False)] *= 0.5
     assert studio.verdict([picture], scene, studio.box, naming=False).word == "bug"
-    with mock.patch("notabug.metrics.rules.POLICY", with_value(POLICY, "rules.least_fought", 0.0)):  # the control
+    with mock.patch("notabug.metrics.structure.POLICY", with_value(POLICY, "rules.least_fought", 0.0)):  # the control
         assert studio.verdict([picture], scene, studio.box, naming=False).word == "limitation"
 
 
@@ -178,7 +178,7 @@ def test_a_winner_may_be_rare_in_the_samples_of_a_pixel(studio: Any) -> None:
     assert (seen.word, [each.name for each in seen.findings]) == ("limitation", ["coincident_surfaces"])
     dyed = first + np.array([0.2, 0.0, 0.0]) * (other - first)
     assert studio.verdict([dyed], scene, studio.box, naming=False).word == "bug"
-    with mock.patch("notabug.metrics.rules.POLICY", with_value(POLICY, "rules.most_between", -1.0)):  # the control
+    with mock.patch("notabug.metrics.structure.POLICY", with_value(POLICY, "rules.most_between", -1.0)):  # the control
         assert studio.verdict([dyed], scene, studio.box, naming=False).word == "limitation"
 
 

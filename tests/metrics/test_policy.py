@@ -34,6 +34,7 @@ def test_no_number_that_decides_stands_elsewhere_in_metrics() -> None:
         ("class Near:\n    far: float = 12.0\n", ["quick: 12"]),
         ("def near(x: float) -> float:\n    return 0.5 * x + 1e-30\n", []),
         ("from notabug.metrics.policy import POLICY\nLIMIT = POLICY.quick.nearer\n", []),
+        ("from notabug.metrics.policy import POLICY\nLIMIT = 0.7 * POLICY.quick.nearer\n", ["quick: 0.7"]),
     ],
 )
 def test_a_number_in_the_code_is_found(

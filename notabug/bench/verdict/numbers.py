@@ -16,18 +16,17 @@ SMALL = frozenset({0, 0.5, 1, 2, 3})
 """Literals that decide nothing by themselves: half and twice, counts of axes and channels."""
 AGAINST_ZERO = 1e-8
 """Smaller literals only keep from dividing by zero."""
-DECIDES_NOTHING = frozenset({"why", "verdict", "predictions", "channels", "image_filters"})
-"""They show, hold, keep in memory, or compute without a choice."""
+DECIDES_NOTHING = frozenset({"why", "verdict", "predictions", "channels", "image_filters", "formulas"})
+"""They show, hold, keep in memory, compute without a choice, or state what mathematics does."""
 STANDARDS = {
-    "formulas": "what follows from mathematics",
     "perceive": "matrices and constants of ITU-R BT.709, BT.2020, BT.2100, BT.2124 and SMPTE ST 2084",
     "calibration": "the resolution of searches; its limits are in the policy",
 }
 """Files whose literals may stand in the code, and what they are."""
-NOT_NUMBERS = frozenset({"calibration._TURNS", "excused.TOUCHING", "formulas.DEVIATION", "formulas.BOX_VARIANCE"})
+NOT_NUMBERS = frozenset({"calibration._TURNS", "excused.TOUCHING"})
 NOT_NUMBERS |= {f"perceive.{name}" for name in ("_PEAK", "_M1", "_M2", "_C1", "_C2", "_C3")}
 NOT_NUMBERS |= {f"perceive.{name}" for name in ("_TO_2020", "_TO_LMS", "_TO_ICTCP")}
-"""Constants that a standard or mathematics states, the turns of a picture, and the shape of a neighbourhood."""
+"""Constants that a standard states, the turns of a picture, and the shape of a neighbourhood."""
 SCALED = "_scaled_for_sensitivity"
 """The name under which a changed copy of a module of references/ finds ``scaled``."""
 
@@ -67,7 +66,9 @@ def constants(name: str) -> Iterator[tuple[str, object]]:
     module = importlib.import_module(f"notabug.metrics.{name}")
     for node in _tree(name).body:
         if any(isinstance(part, ast.Name) and part.id == "POLICY" for part in ast.walk(node)):
-            continue  # it is read from there
+            if _assigned(node):  # it is read from there; numbers that are put to it are not
+                yield from _found(name, node)
+            continue
         for target in _assigned(node):
             for part in ast.walk(target):
                 if isinstance(part, ast.Name) and part.id.isupper() and numeric(getattr(module, part.id)):
@@ -82,14 +83,18 @@ def _literal(part: ast.AST) -> int | float | None:
     return None if value in SMALL or abs(value) <= AGAINST_ZERO else value
 
 
+def _found(name: str, node: ast.AST) -> Iterator[tuple[str, object]]:
+    for part in ast.walk(node):
+        value = _literal(part)
+        if value is not None:
+            yield f"{name}: {shown(value)}", value
+
+
 def literals(name: str) -> Iterator[tuple[str, object]]:
     """``file: literal`` and the value of each number that stands in a function of metrics/``name``.py."""
     for node in _tree(name).body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            for part in ast.walk(node):
-                value = _literal(part)
-                if value is not None:
-                    yield f"{name}: {shown(value)}", value
+            yield from _found(name, node)
 
 
 def stray() -> dict[str, str]:

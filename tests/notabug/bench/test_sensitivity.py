@@ -58,7 +58,7 @@ def test_whole_numbers_stay_whole(value: object, factor: float, expected: object
     assert scaled(value, factor) == expected
 
 
-@pytest.mark.parametrize("name", ["admissible.edge", "significance.fewest", "likely.steps", "quick.around"])
+@pytest.mark.parametrize("name", ["admissible.edge", "significance.fewest", "likely.steps", "quick.nearer"])
 def test_a_number_is_another_one_inside_and_itself_again_after(name: str) -> None:
     module = importlib.import_module(f"notabug.metrics.{name.partition('.')[0]}")
     before = value_of(POLICY, name)
