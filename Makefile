@@ -7,11 +7,12 @@ PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3 python; d
 	"$$each" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { command -v "$$each"; break; }; done)
 BIN := .venv/bin
 
-.PHONY: help setup renderers browser run test search lint format bench docs wheel sanitize clean
+.PHONY: help setup renderers browser run test sweep search lint format bench docs wheel sanitize clean
 
 help:
 	@echo "make run    set up, render all scenes, judge (ARGS='SCENE -r RENDERER ...' for some)"
 	@echo "make test   set up, run the tests (ARGS='-k name')"
+	@echo "make sweep  set up, run the further instances that make test leaves out: before a release, and where they are near"
 	@echo "make search set up, look for examples that break what hypothesis tests state, other ones each time"
 	@echo "make lint   set up, check format, style and types"
 	@echo "make bench  set up, measure speed (ARGS='verdict --quick': how well it judges)"
@@ -44,6 +45,9 @@ browser: .venv/installed
 
 test: setup browser
 	$(BIN)/pytest -n auto --dist worksteal --durations=10 $(ARGS)
+
+sweep: setup browser
+	$(BIN)/pytest -n auto --dist worksteal -m sweep $(ARGS)
 
 search: setup
 	NOTABUG_HYPOTHESIS=search $(BIN)/pytest -n auto -m hypothesis $(ARGS)

@@ -82,6 +82,7 @@ def floor(stage: Any, **look: Any) -> Any:
 
 @pytest.mark.parametrize("lobe", ["phong", "blinn"])
 @pytest.mark.parametrize("exponent", [8.0, 32.0, 128.0])
+@pytest.mark.sweep_except("povray-8.0-phong", "povray-32.0-blinn", "mitsuba-8.0-blinn", "mitsuba-128.0-phong")
 def test_coloured_highlights(stage: Any, adapter: Adapter, lobe: str, exponent: float) -> None:
     scene = floor(stage, specular=COLOUR, exponent=exponent, lobe=lobe)
     look = scene.materials[0]
@@ -92,6 +93,7 @@ def test_coloured_highlights(stage: Any, adapter: Adapter, lobe: str, exponent: 
 
 
 @pytest.mark.parametrize("lobe", ["phong", "blinn"])
+@pytest.mark.sweep_except("povray-phong", "mitsuba-blinn")
 def test_highlight_of_a_large_exponent(stage: Any, adapter: Adapter, lobe: str) -> None:
     """At n = 1e5 the lobe is half as bright 0.2 degrees off; it peaks where the view ray mirrors the light's."""
     light = stage.distant((0.2, 0.1, 1.0), (2.0, 2.0, 2.0))
@@ -108,6 +110,7 @@ def test_highlight_of_a_large_exponent(stage: Any, adapter: Adapter, lobe: str) 
 
 
 @pytest.mark.parametrize("lobe", ["phong", "blinn"])
+@pytest.mark.sweep_except("povray-phong", "mitsuba-blinn")
 def test_highlight_ends_at_the_terminator(stage: Any, adapter: Adapter, lobe: str) -> None:
     """With n = 1 the highlight is bright where N.L is 0, and cut there: black beyond."""
     sphere, light = ball((0, 0, 0), 1.0, 0), stage.point((3.0, -1.0, 0.5), (12,) * 3)
@@ -131,6 +134,7 @@ def test_both_sides_shine_alike(stage: Any, adapter: Adapter) -> None:
 
 
 @pytest.mark.parametrize("lobe", ["phong", "blinn"])
+@pytest.mark.sweep_except("povray-phong", "mitsuba-blinn")
 def test_highlights_on_interpolated_normals(stage: Any, adapter: Adapter, lobe: str) -> None:
     """On a 24 x 12 sphere under two lights; pixels at which a facet's edge or shadow passes are left out."""
     look = stage.replace(stage.grey(0.3), specular=COLOUR, exponent=12.0, lobe=lobe)

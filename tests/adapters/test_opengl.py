@@ -65,6 +65,7 @@ def test_floor_under_a_point_light(stage: Any, opengl: OpenGL, samples: int) -> 
 
 @pytest.mark.parametrize("normals", [True, False])
 @pytest.mark.parametrize(("lobe", "weighted", "exponent"), [("phong", False, 20.0), ("blinn", True, 33.5)])
+@pytest.mark.sweep_except("phong-False-20.0-False", "blinn-True-33.5-True")
 def test_bodies_are_the_rasterisers(
     stage: Any, opengl: OpenGL, normals: bool, lobe: Any, weighted: bool, exponent: float
 ) -> None:
