@@ -56,10 +56,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if call and any(str(value) in call.id for value in sets):
             raise pytest.UsageError(f"{item.nodeid}: the name of a test holds a set; give the test an id")
     some = any("::" in word for word in config.args)  # of a test, perhaps not all instances
-    _mark_sweeps(items, complete=not some)
+    mark_sweeps(items, complete=not some)
 
 
-def _mark_sweeps(items: list[pytest.Item], *, complete: bool) -> None:
+def mark_sweeps(items: list[pytest.Item], *, complete: bool) -> None:
     """Mark the instances that `sweep_except` does not name; an id that no instance has is a mistake."""
     names: dict[str, set[str]] = {}
     missing: dict[str, set[str]] = {}

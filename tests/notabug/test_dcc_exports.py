@@ -25,7 +25,7 @@ from notabug.scenes_usd.view import View
 EXPORTS = Path(__file__).with_name("exports")
 NAMES = ("blender", "houdini", "maya")
 ADAPTED = ("maya",)  # it has two cameras, and is animated; the others are read as they are
-WIDTH = 48  # pixels across
+WIDTH = 32  # pixels across
 SAMPLES = 16
 Edit = Callable[[Scene], Scene]
 

@@ -104,7 +104,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shim.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m notabug "$@"\n')
     shim.chmod(0o755)
     for words in (
-        "run terminator/sphere texture/uneven_quad -r inhouse -r povray --out notabug-out",
+        "run terminator/sphere texture/uneven_quad -r inhouse -r povray --samples 4 --seeds 1 --out notabug-out",
         "adapt my_scene.usda --out own.usda",
         "run my_scene.usda -r inhouse --out part1",
         "run my_scene.usda -r zbuffer --out part2",
