@@ -187,7 +187,7 @@ shutil.copyfile({built!r}, target)
 def wheel(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The wheel, built from the sdist, which is built from a copy: so both are complete.
 
-    `make setup` compiled the same sources by the same setup.py, which takes a minute; the stand-in finds what is missing.
+    `make setup` compiled the same sources by the same setup.py, which takes a minute: the stand-in finds what is lost.
     """
     from notabug.references import _native
 

@@ -17,9 +17,14 @@ MODES = ["side", "wipe", "blink", "difference"]
 MEASURES = ["absolute", "signed", "relative", "flip", "z", "limitation", "bug", "support"]
 
 
+WINDOW = {"width": 960, "height": 620}  # pixels: each is shaded by the processor here
+TALL = {"width": 960, "height": 1500}
+
+
 @pytest.fixture
 def quiet(tab: Any, site: Any) -> Any:
-    """The tab; afterwards it has not complained, and asked for nothing but the site's own files."""
+    """The tab, of a small window; afterwards it has not complained, and asked for nothing but the site's own files."""
+    tab.page.set_viewport_size(WINDOW)
     yield tab
     assert not tab.complaints
     outside = [each for each in tab.requests if not each.startswith((site.base, "about:", "data:", "blob:"))]
@@ -245,7 +250,7 @@ def test_help_is_a_dialog_that_closes(quiet: Any, site: Any) -> None:
 def test_a_tall_window_has_one_picture_above_the_other(quiet: Any, site: Any, halves: Any) -> None:
     """Pictures, pixels under the pointer and labels go with it, and a wide window has them side by side again."""
     page = quiet.page
-    page.set_viewport_size({"width": 1280, "height": 1900})
+    page.set_viewport_size(TALL)
     quiet.view(site, "a=reference&b=grey&mode=side")
     above, x, y = shown(page), 60, 100
     height, width = above.shape[:2]
@@ -269,5 +274,5 @@ def test_a_tall_window_has_one_picture_above_the_other(quiet: Any, site: Any, ha
         page.mouse.click(box["x"] + box["width"] / 2 + (x + 0.5 - 128) * zoom * box["width"] / width, box["y"] + down)
     middle = box["y"] + box["height"] / 2
     assert page.locator("#tag-a").bounding_box()["y"] < middle < page.locator("#tag-b").bounding_box()["y"]
-    page.set_viewport_size({"width": 1280, "height": 860})
+    page.set_viewport_size(WINDOW)
     page.wait_for_selector(".stage:not(.stacked)")
