@@ -22,7 +22,7 @@ from notabug.references.tracer.envelope import trace_picture
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 
-SIDE = 40
+SIDE = 32  # pixels
 SCENES = ((0, 303), (0, 416), (1, 5))  # textures; a highlight that corners spread; smooth mirrors
 PAIRS = 5  # of the limitations of each scene, spread over all
 MANY_PAIRS = 20
