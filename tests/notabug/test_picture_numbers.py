@@ -185,6 +185,7 @@ def verdict_of(pixels: list[Pixels], scene: Scene, **declared: Any) -> str:
 
 
 @pytest.mark.parametrize("size", SIZES)
+@pytest.mark.sweep_except("size0", "size2", "size3", "size4", "size5")
 def test_pictures_of_a_pixel_or_a_line(size: tuple[int, int], desk: Any, words_only: None) -> None:
     scene = read_scene(str(desk.stage(*size)))
     envelope = predict(scene)
@@ -201,6 +202,7 @@ def test_pictures_of_a_pixel_or_a_line(size: tuple[int, int], desk: Any, words_o
 
 
 @pytest.mark.parametrize("size", SIZES)
+@pytest.mark.sweep_except("size0", "size2", "size3", "size4", "size5")
 def test_few_pixels_without_an_edge_hold_any_bug(size: tuple[int, int], desk: Any, words_only: None) -> None:
     scene = read_scene(str(desk.stage(*size, aperture=2.0)))
     envelope = predict(scene)
