@@ -8,11 +8,14 @@ by skipping.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TypeVar
 
 import hypothesis
 import pytest
+from filelock import FileLock
 
 from notabug.adapters.babylon import Babylon
 from notabug.adapters.base import Adapter, RendererMissingError
@@ -73,6 +76,28 @@ def mark_sweeps(items: list[pytest.Item], *, complete: bool) -> None:
     for name, ids in missing.items():
         if complete and ids:
             raise pytest.UsageError(f"{name}: sweep_except names instances that are not there: {sorted(ids)}")
+
+
+Shared = Callable[[str, Callable[[Path], object]], Path]
+
+
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
+    """``shared(name, make)`` is a folder that ``make`` has filled: once, however many processes run the tests."""
+    base = tmp_path_factory.getbasetemp()
+    base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+    def folder(name: str, make: Callable[[Path], object]) -> Path:
+        made, done = base / f"shared-{name}", base / f"shared-{name}.done"
+        with FileLock(f"{made}.lock"):
+            if not done.exists():
+                shutil.rmtree(made, ignore_errors=True)  # what a process that failed has left
+                made.mkdir()
+                make(made)
+                done.touch()
+        return made
+
+    return folder
 
 
 Installed = TypeVar("Installed", bound=Adapter)

@@ -93,9 +93,13 @@ def test_the_command_line_understands_it(line: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(shared: Any) -> Path:
     """What the lines speak of: a scene, a frame, a run, runs before and after, two parts; and ``notabug`` on PATH."""
-    made = tmp_path_factory.mktemp("docs")
+    made: Path = shared("docs", fill)
+    return made
+
+
+def fill(made: Path) -> None:
     scene = read_scene("terminator/sphere", {"tessellation": "8x4"})
     write_scene(replace(scene, width=24, height=24), made / "my_scene.usda")
     frame = read_scene("terminator/sphere")
@@ -107,7 +111,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shim.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m notabug "$@"\n')
     shim.chmod(0o755)
     for words in (
-        "run terminator/sphere texture/uneven_quad -r inhouse -r povray --samples 4 --seeds 1 --out notabug-out",
+        "run terminator/sphere texture/uneven_quad -r inhouse -r povray --seeds 2 --out notabug-out",
         "adapt my_scene.usda --out own.usda",
         "run my_scene.usda -r inhouse --out part1",
         "run my_scene.usda -r zbuffer --out part2",
@@ -116,7 +120,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         assert done.returncode in CODES, done.stderr
     for name in ("before", "after"):
         shutil.copytree(made / "notabug-out", made / name)
-    return made
 
 
 def told(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
