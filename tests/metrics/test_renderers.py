@@ -26,7 +26,7 @@ EVERYTHING = [
 ]
 RENDERERS = ("inhouse", "povray", "mitsuba")
 DEFAULT = Quality()
-SIDE = 96  # pixels: it takes a seventh of the corpus's to see a fault and to name it
+SIDE = 128  # pixels: it takes a quarter of the corpus's to see a fault and to name it
 
 
 def _adapter(name: str, request: pytest.FixtureRequest) -> Adapter:
