@@ -9,11 +9,12 @@ BIN := .venv/bin
 # Else each of the some hundred processes that the tests start would compile the project's modules anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup renderers browser run test search lint format bench docs wheel sanitize clean
+.PHONY: help setup renderers browser run test sweep search lint format bench docs wheel sanitize clean
 
 help:
 	@echo "make run    set up, render all scenes, judge (ARGS='SCENE -r RENDERER ...' for some)"
 	@echo "make test   set up, run the tests (ARGS='-k name')"
+	@echo "make sweep  set up, run the further instances that make test leaves out: before a release, and where they are near"
 	@echo "make search set up, look for examples that break what hypothesis tests state, other ones each time"
 	@echo "make lint   set up, check format, style and types"
 	@echo "make bench  set up, measure speed (ARGS='verdict --quick': how well it judges)"
@@ -46,6 +47,9 @@ browser: .venv/installed
 
 test: setup browser
 	$(BIN)/pytest -n auto --dist worksteal --durations=10 $(ARGS)
+
+sweep: setup browser
+	$(BIN)/pytest -n auto --dist worksteal -m sweep $(ARGS)
 
 search: setup
 	NOTABUG_HYPOTHESIS=search $(BIN)/pytest -n auto -m hypothesis $(ARGS)

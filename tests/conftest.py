@@ -8,11 +8,14 @@ by skipping.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TypeVar
 
 import hypothesis
 import pytest
+from filelock import FileLock
 
 from notabug.adapters.babylon import Babylon
 from notabug.adapters.base import Adapter, RendererMissingError
@@ -45,13 +48,57 @@ def _trust_our_own_scenes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[
 pytest_plugins = ["pytester"]
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Refuse a test whose name holds a set: a set's order, and so the name, changes from process to process."""
+@pytest.hookimpl(tryfirst=True)  # before marks choose among the tests
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Refuse a name that holds a set, and mark what `sweep_except` leaves to `make sweep`.
+
+    A set's order, and so the name of such a test, changes from process to process.
+    """
     for item in items:
         call = getattr(item, "callspec", None)
         sets = [value for value in call.params.values() if isinstance(value, (set, frozenset))] if call else []
         if call and any(str(value) in call.id for value in sets):
             raise pytest.UsageError(f"{item.nodeid}: the name of a test holds a set; give the test an id")
+    some = any("::" in word for word in config.args)  # of a test, perhaps not all instances
+    mark_sweeps(items, complete=not some)
+
+
+def mark_sweeps(items: list[pytest.Item], *, complete: bool) -> None:
+    """Mark the instances that `sweep_except` does not name; an id that no instance has is a mistake."""
+    names: dict[str, set[str]] = {}
+    missing: dict[str, set[str]] = {}
+    for item in items:
+        for mark in item.iter_markers("sweep_except"):
+            name, _, id_ = item.nodeid.rstrip("]").partition("[")
+            names[name] = set(mark.args)
+            missing.setdefault(name, set(mark.args)).discard(id_)
+            if id_ not in names[name]:
+                item.add_marker(pytest.mark.sweep)
+    for name, ids in missing.items():
+        if complete and ids:
+            raise pytest.UsageError(f"{name}: sweep_except names instances that are not there: {sorted(ids)}")
+
+
+Shared = Callable[[str, Callable[[Path], object]], Path]
+
+
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Shared:
+    """``shared(name, make)`` is a folder that ``make`` has filled: once, however many processes run the tests."""
+    base = tmp_path_factory.getbasetemp()
+    base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+    def folder(name: str, make: Callable[[Path], object]) -> Path:
+        made, done = base / f"shared-{name}", base / f"shared-{name}.done"
+        with FileLock(f"{made}.lock"):
+            if not done.exists():
+                shutil.rmtree(made, ignore_errors=True)  # what a process that failed has left
+                made.mkdir()
+                make(made)
+                done.touch()
+        return made
+
+    return folder
 
 
 Installed = TypeVar("Installed", bound=Adapter)

@@ -65,6 +65,7 @@ def test_floor_under_a_point_light(stage: Any, opengl: OpenGL, samples: int) -> 
 
 @pytest.mark.parametrize("normals", [True, False])
 @pytest.mark.parametrize(("lobe", "weighted", "exponent"), [("phong", False, 20.0), ("blinn", True, 33.5)])
+@pytest.mark.sweep_except("phong-False-20.0-False", "blinn-True-33.5-True")
 def test_bodies_are_the_rasterisers(
     stage: Any, opengl: OpenGL, normals: bool, lobe: Any, weighted: bool, exponent: float
 ) -> None:
@@ -181,8 +182,8 @@ def test_transparent_surfaces_are_composited_from_the_front(stage: Any, opengl: 
     """Two sheets, in either order of drawing, also where they coincide: then the first drawn is in front."""
     unshadowed = stage.replace(opengl, capabilities=opengl.capabilities | {"shadows"})  # transparent sheets cast some
     looks = [stage.grey(0.2), stage.replace(stage.grey(0.8), opacity=0.5), stage.replace(stage.grey(1.0), opacity=0.25)]
-    for depth in FORMATS:
-        for gap in (0.5, 0.0):
+    for place, depth in enumerate(FORMATS):
+        for gap in (0.5, 0.0)[place > 0 :]:  # only where sheets coincide may the format matter
             floor, B, C = stage.quad(), stage.quad(9, (0, 0, 1), 1), stage.quad(9, (0, 0, 1 + gap), 2)
             for drawn in ([floor, B, C], [C, B, floor]):
                 scene = stage.scene(drawn, [], stage.camera((0.5, 0.2, 5)), looks, size=(32, 32))

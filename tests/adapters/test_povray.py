@@ -29,6 +29,7 @@ def floor(stage: Any, **look: Any) -> Any:
 
 @pytest.mark.parametrize("lobe", ["phong", "blinn"])
 @pytest.mark.parametrize("opacity", [1.0, 0.25])
+@pytest.mark.sweep_except("1.0-blinn", "0.25-phong")
 def test_highlight(stage: Any, povray: PovRay, lobe: str, opacity: float) -> None:
     scene = floor(stage, specular=(0.4,) * 3, exponent=24.0, lobe=lobe, opacity=opacity)
     picture = stage.draw(povray, scene)[..., 0]

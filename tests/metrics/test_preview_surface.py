@@ -133,6 +133,16 @@ def judged(studio: Any, scene: Scene, *faults: str) -> Any:
         ("glowing", "emission_missing"),
     ],
 )
+@pytest.mark.sweep_except(
+    "glossy-roughness_squared_twice",
+    "specular-roughness_not_squared",
+    "glossy-roughness",
+    "metallic-metallic_ignored",
+    "specular-workflow_exchanged",
+    "glossy-ior_ignored",
+    "coated-clearcoat_missing",
+    "glowing-emission_missing",
+)
 def test_a_fault_is_named(studio: Any, tmp_path: Path, ball: str, fault: str) -> None:
     verdict = judged(studio, write(tmp_path, LOOKS[ball], LOOKS["grey"]), fault)
     assert verdict.word == "bug"

@@ -22,9 +22,10 @@ from notabug.references.tracer.envelope import trace_picture
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 
-SIDE = 40
+SIDE = 32  # pixels
 SCENES = ((0, 303), (0, 416), (1, 5))  # textures; a highlight that corners spread; smooth mirrors
-PAIRS = 20  # of the limitations of each scene, spread over all
+PAIRS = 5  # of the limitations of each scene, spread over all
+MANY_PAIRS = 20
 
 
 @pytest.fixture(scope="module", params=SCENES, ids=str)
@@ -61,10 +62,11 @@ def drawn(scene: Scene, chosen: tuple[Model, ...]) -> np.ndarray:
     return trace_picture(*configured(scene, chosen), threads=1)
 
 
-def test_what_two_limitations_make_is_within_reach(scene: Scene) -> None:
+@pytest.mark.parametrize("count", [PAIRS, pytest.param(MANY_PAIRS, marks=pytest.mark.sweep)])
+def test_what_two_limitations_make_is_within_reach(scene: Scene, count: int) -> None:
     some = open_to(scene)
     pairs = [pair for pair in combinations(some, 2) if not excluded_by(pair[0], pair[1:])]
-    for pair in pairs[:: max(1, len(pairs) // PAIRS)]:
+    for pair in pairs[:: max(1, len(pairs) // count)]:
         picture = drawn(scene, pair)
         for fully in (False, True):
             assert not beyond(scene, picture, fully=fully), [model.name for model in pair]

@@ -144,6 +144,18 @@ WRONG = (
 
 @pytest.mark.parametrize("fault", ["none", "half a texel", *WRONG])
 @pytest.mark.parametrize("name", [BOX, SLOPES])
+@pytest.mark.sweep_except(
+    "shadow_map/box-reversed",
+    "shadow_map/box-bias negated",
+    "shadow_map/slopes-none",
+    "shadow_map/slopes-half a texel",
+    "shadow_map/slopes-ten texels",
+    "shadow_map/slopes-ten texels back",
+    "shadow_map/slopes-transposed",
+    "shadow_map/slopes-no shadow",
+    "shadow_map/slopes-ten times the bias",
+    "shadow_map/slopes-an eighth of the texels",
+)
 def test_a_wrong_map_is_a_bug(studio: Any, name: str, fault: str) -> None:
     """A map that is off by half a texel is one that lies elsewhere by half a texel: no picture can tell."""
     if (name, fault) == (BOX, "ten times the bias"):

@@ -85,6 +85,7 @@ def test_a_scene_without_a_mesh_has_none(studio: Any) -> None:
         ("visibility/coincident_planes", 96, "fixed24"),
     ],
 )
+@pytest.mark.sweep_except("visibility/coincident_spheres-128-float32", "visibility/coincident_planes-96-fixed24")
 def test_of_surfaces_that_coincide_the_grid_moves_each(studio: Any, name: str, size: int, depth: Any) -> None:
     """Which of two surfaces a pixel shows is open, and so is where within half a step it is shown."""
     scene = replace(studio.scene(name), width=size, height=size)

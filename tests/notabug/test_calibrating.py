@@ -110,6 +110,7 @@ def test_calibrate_and_run_refuse_for_the_same_cause(promise: str, tmp_path: Pat
 
 
 @pytest.mark.parametrize(("right", "down"), [(0.5, 0.5), (-0.5, 0.0), (0.0, 0.5)])
+@pytest.mark.sweep_except("0.5-0.5")
 def test_the_numbers_of_a_refused_card_are_those_of_its_sentence(right: float, down: float) -> None:
     """With one sample a pixel the card's edges do not tell the shift, and the judge's predictions do."""
     asked = calibrate(HalfOff(right=right, down=down), Found("1", "here"), Quality(samples=1))

@@ -5,6 +5,8 @@ A line that does not run here stands in ``SKIPPED`` with the reason; the command
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import re
 import shlex
@@ -15,12 +17,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import pytest
 import typer
 
-from notabug.cli import app
+from notabug.cli import app, main
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.writer import write_scene
@@ -90,9 +93,13 @@ def test_the_command_line_understands_it(line: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(shared: Any) -> Path:
     """What the lines speak of: a scene, a frame, a run, runs before and after, two parts; and ``notabug`` on PATH."""
-    made = tmp_path_factory.mktemp("docs")
+    made: Path = shared("docs", fill)
+    return made
+
+
+def fill(made: Path) -> None:
     scene = read_scene("terminator/sphere", {"tessellation": "8x4"})
     write_scene(replace(scene, width=24, height=24), made / "my_scene.usda")
     frame = read_scene("terminator/sphere")
@@ -104,7 +111,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shim.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m notabug "$@"\n')
     shim.chmod(0o755)
     for words in (
-        "run terminator/sphere texture/uneven_quad -r inhouse -r povray --out notabug-out",
+        "run terminator/sphere texture/uneven_quad -r inhouse -r povray --seeds 2 --out notabug-out",
         "adapt my_scene.usda --out own.usda",
         "run my_scene.usda -r inhouse --out part1",
         "run my_scene.usda -r zbuffer --out part2",
@@ -113,19 +120,34 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         assert done.returncode in CODES, done.stderr
     for name in ("before", "after"):
         shutil.copytree(made / "notabug-out", made / name)
-    return made
 
 
 def told(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """``line`` in a shell, in ``folder``."""
+    """``line`` in ``folder``: in this process where it only calls notabug, else in a shell."""
     environment = {key: value for key, value in os.environ.items() if key not in ("CI", "GITHUB_STEP_SUMMARY")}
     places = (str(folder / "bin"), str(Path(sys.executable).parent), environment["PATH"])
     environment["PATH"] = os.pathsep.join(places)
     environment["NOTABUG_JOBS"] = "1"
     environment["NOTABUG_TRUST"] = str(folder)
+    if line.startswith("notabug ") and ">" not in line:
+        with mock.patch.dict(os.environ, environment, clear=True), contextlib.chdir(folder):
+            return called(shlex.split(line))
     return subprocess.run(
         ["sh", "-c", line], cwd=folder, capture_output=True, text=True, env=environment, timeout=TIMEOUT, check=False
     )
+
+
+def called(words: list[str]) -> subprocess.CompletedProcess[str]:
+    """What the command line of ``words`` comes to, called here: to start Python for each takes longer than most do."""
+    out, err = io.StringIO(), io.StringIO()
+    with (
+        mock.patch.object(sys, "argv", words),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+        pytest.raises(SystemExit) as stop,
+    ):
+        main()
+    return subprocess.CompletedProcess(words, int(stop.value.code or 0), out.getvalue(), err.getvalue())
 
 
 @pytest.mark.parametrize("line", [each for each in LINES if each not in SKIPPED])

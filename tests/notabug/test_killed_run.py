@@ -16,12 +16,12 @@ from notabug.bench.faults_setting import lay_out
 
 pytestmark = pytest.mark.slow
 
-NAMES = tuple(f"scene{index}" for index in range(8))
+NAMES = tuple(f"scene{index}" for index in range(6))
 
 
 @pytest.fixture
 def here(tmp_path: Path) -> Path:
-    """Eight small scenes and a renderer that takes a fifth of a second for each and notes each call."""
+    """Six small scenes and a renderer that takes a fifth of a second for each and notes each call."""
     return lay_out(tmp_path, NAMES, "slow", environment={"PAUSE": "0.2"}).folder
 
 
@@ -45,7 +45,7 @@ def wait_for(here: Path, number: int) -> None:
 
 def test_nothing_that_was_finished_is_drawn_again(here: Path) -> None:
     first = start(here)
-    wait_for(here, 5)
+    wait_for(here, 4)
     first.send_signal(signal.SIGKILL)
     first.communicate()
     assert first.returncode == -signal.SIGKILL

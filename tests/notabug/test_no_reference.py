@@ -21,7 +21,7 @@ from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Camera, Card, Light, Material, Mesh, Scene
 from notabug.scenes_usd.writer import write_scene
 
-SIZE = 48
+SIZE = 32
 TOO_BRIGHT = 1e29  # squares of what it lights are beyond float32, so the variance in a pixel is infinite
 POINTS = np.array([(-1.0, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (0, 0.5, 0.2), (0.5, 0.5, 0.2)])
 FACES = {
@@ -85,12 +85,15 @@ def test_run_says_error_for_that_scene_and_goes_on(scenes: dict[str, Path], tmp_
     assert done.returncode == ExitCode.REFERENCE
 
 
+@pytest.mark.parametrize("picture", ["black", "noise"])
 @pytest.mark.parametrize("faces", FACES)
-def test_black_and_noise_are_bugs_and_no_warning_is_heard(faces: str, scenes: dict[str, Path], tmp_path: Path) -> None:
-    for picture in ("black", "noise"):
-        done = notabug("judge", scenes[f"{picture}.exr"], "--scene", scenes[faces], at=tmp_path)
-        assert done.returncode == ExitCode.BUG, done.stdout + done.stderr
-        assert "Warning" not in done.stderr
+@pytest.mark.sweep_except("sound-black", "pinched-noise", "needles-noise", "bent-black", "crossed-noise")
+def test_black_and_noise_are_bugs_and_no_warning_is_heard(
+    faces: str, picture: str, scenes: dict[str, Path], tmp_path: Path
+) -> None:
+    done = notabug("judge", scenes[f"{picture}.exr"], "--scene", scenes[faces], at=tmp_path)
+    assert done.returncode == ExitCode.BUG, done.stdout + done.stderr
+    assert "Warning" not in done.stderr
 
 
 def test_which_code_wins() -> None:

@@ -25,7 +25,7 @@ FAULT = "no_shadow"
 @pytest.fixture
 def scene() -> Scene:
     """The sphere of few facets above its floor."""
-    return replace(read_scene("terminator/sphere", {"tessellation": "8x4"}), width=64, height=64)
+    return replace(read_scene("terminator/sphere", {"tessellation": "8x4"}), width=32, height=32)
 
 
 @pytest.mark.parametrize("needed", [{3}, {0, 99}, {10, 11, 12}, set(range(40, 60))])
@@ -93,7 +93,7 @@ def test_attributes_of_an_adapter_are_set_by_name() -> None:
 @pytest.mark.slow
 def test_mitsubas_squared_opacity_is_reduced_to_one_sheet(mitsuba: Mitsuba, tmp_path: Path) -> None:
     """A genuine defect: under ``path`` a sheet of opacity 0.5 before nothing sends a quarter of its light, not half."""
-    scene = replace(read_scene("visibility/near_clip"), width=32, height=32)
+    scene = replace(read_scene("visibility/near_clip"), width=20, height=20)
     sheets = tuple(each for each in scene.objects if each.path != "/Scene/Floor")
     clear = tuple(replace(each, opacity=0.5) for each in scene.materials)
     path = write_scene(replace(scene, objects=sheets, materials=clear), tmp_path / "sheets.usda")

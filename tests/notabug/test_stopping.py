@@ -66,6 +66,7 @@ def is_at_work(here: Path, done: int) -> bool:
 @pytest.mark.parametrize(
     ("number", "code", "jobs"), [(signal.SIGINT, 130, "1"), (signal.SIGHUP, 129, "1"), (signal.SIGTERM, 143, "2")]
 )
+@pytest.mark.sweep_except("2-130-1", "15-143-2")
 def test_what_is_finished_is_on_record_and_nothing_is_left(
     here: Path, number: signal.Signals, code: int, jobs: str
 ) -> None:

@@ -213,7 +213,8 @@ def likeliest(case: Case) -> Iterator[Model]:
     """Some faults whose quick pictures look like the picture, at the strength that fits."""
     start: Explanation = explain(case.measured, (), case.predicted)
     names: set[str] = set()
-    for fault in likely(case.measured, start, case.faults, case.predicted, case.predicted.preview):
+    for strengths in likely(case.measured, start, case.faults, case.predicted, case.predicted.preview):
+        fault = next(strengths)
         if fault.name not in names:
             names.add(fault.name)
             yield fault

@@ -40,6 +40,7 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[int, int], Sc
 
 @pytest.mark.slow
 @pytest.mark.parametrize("place", SAMPLE, ids=str)
+@pytest.mark.sweep_except("(0, 0)", "(1, 0)")
 def test_povray_has_no_bug_on_the_sample(place: tuple[int, int], sample: Any, povray: Any) -> None:
     found = examine(sample[place], povray, Quality(samples=16), naming=False)
     assert found["word"] in ("pass", "limitation", "unsupported"), sentence({**ABOUT, **found})
@@ -47,6 +48,7 @@ def test_povray_has_no_bug_on_the_sample(place: tuple[int, int], sample: Any, po
 
 @pytest.mark.slow
 @pytest.mark.parametrize("place", SAMPLE, ids=str)
+@pytest.mark.sweep_except("(0, 0)", "(1, 0)")
 def test_mitsuba_has_no_bug_on_the_sample(place: tuple[int, int], sample: Any, mitsuba: Any) -> None:
     found = examine(sample[place], mitsuba, Quality(samples=16), naming=False)
     assert found["word"] in ("pass", "limitation", "unsupported"), sentence({**ABOUT, **found})

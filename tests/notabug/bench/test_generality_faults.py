@@ -145,8 +145,8 @@ def test_mitsuba_draws_the_fault(mitsuba: Mitsuba, scenes: list[Scene]) -> None:
 
 
 @pytest.mark.slow
-def test_a_fault_is_called_a_bug(povray: Any, tmp_path: Path) -> None:
-    (made,) = expose(Job("faults", 0, 4, ("povray",), naming=False, side=32, fault="light brighter"))
+def test_a_fault_is_called_a_bug(mitsuba: Any, tmp_path: Path) -> None:
+    (made,) = expose(Job("faults", 0, 4, ("mitsuba",), naming=False, side=32, fault="light brighter"))
     assert made["shows"]
     assert made["changed"] >= CONNECTED
     assert made["word"] == "bug", made

@@ -88,15 +88,20 @@ class Site:
 
 
 @pytest.fixture(scope="session")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("gallery")
+def built(shared: Any) -> Path:
+    """The gallery's folder."""
+    site: Path = shared("gallery", _build) / "site"
+    return site
+
+
+def _build(folder: Path) -> None:
     runs = [small_run(folder / "old", "bug", 90.0), small_run(folder / "new")]
     plots = folder / "plots"
     plots.mkdir()
     (plots / "speed.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><path d="M0 0h9"/></svg>'
     )
-    return build(runs, folder / "site", only=[SCENE], step=32, bench=plots).parent
+    build(runs, folder / "site", only=[SCENE], step=32, bench=plots)
 
 
 @pytest.fixture(scope="session", params=["file", "http"])

@@ -120,6 +120,7 @@ def test_the_worst_bug_comes_first_with_its_pictures_and_what_to_do(page: Any, t
     assert all(each.startswith(("about:", "file:", "data:")) for each in tab.requests)
 
 
+@pytest.mark.sweep_except("sidecar-1280")
 def test_the_summary_counts_and_says_what_changed(page: Any) -> None:
     assert (
         page.locator(".headline").text_content()
@@ -134,6 +135,7 @@ def test_the_summary_counts_and_says_what_changed(page: Any) -> None:
     assert page.locator(".group:visible").count() == 1
 
 
+@pytest.mark.sweep_except("single-1280")
 def test_one_mistake_is_told_once(page: Any) -> None:
     told = page.locator("#errors .same > p").first.text_content()
     assert re.search(r"mine\s*: 3 results alike: adapter 'mine': mine failed", told)
@@ -141,6 +143,7 @@ def test_one_mistake_is_told_once(page: Any) -> None:
     assert "2 results: it lacks glass (2), sphere (1)" in page.locator("#unsupported .same > p").first.text_content()
 
 
+@pytest.mark.sweep_except("single-1280")
 def test_what_the_filter_empties_vanishes(page: Any) -> None:
     everything = page.locator(".group:visible").count()
     for word in ("error", "limitation", "pass", "unsupported"):
@@ -161,6 +164,7 @@ def test_what_the_filter_empties_vanishes(page: Any) -> None:
     assert page.locator(".row:not([hidden])").count() == 6
 
 
+@pytest.mark.sweep_except("sidecar-1280")
 def test_an_address_opens_its_row(page: Any) -> None:
     row = page.locator(".row[data-text^='pass/7']")
     assert not row.is_visible()
@@ -172,6 +176,7 @@ def test_an_address_opens_its_row(page: Any) -> None:
     assert page.locator(".row .anchor").count() == page.locator(".row").count() == 29
 
 
+@pytest.mark.sweep_except("single-1280")
 def test_it_goes_by_keyboard(page: Any) -> None:
     page.keyboard.press("j")
     page.keyboard.press("j")
@@ -194,6 +199,7 @@ def test_it_goes_by_keyboard(page: Any) -> None:
     assert page.input_value("#search") == "jok"
 
 
+@pytest.mark.sweep_except("sidecar-1280")
 def test_commands_are_copied(page: Any) -> None:
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page.locator(".card .copy").nth(1).click()
@@ -223,6 +229,7 @@ def test_nothing_is_wider_than_its_column(tab: Any, run: Path) -> None:
 
 @pytest.mark.parametrize("tab", [1280, 390], indirect=True)
 @pytest.mark.parametrize("scheme", ["dark", "light"])
+@pytest.mark.sweep_except("dark-390", "light-1280")
 def test_axe_finds_no_barrier(tab: Any, run: Path, scheme: str) -> None:
     page = tab.open((run / "report.html").as_uri())
     page.emulate_media(color_scheme=scheme)
@@ -290,6 +297,7 @@ def test_light_text_stands_out_from_its_ground() -> None:
             assert (pair[1] + 0.05) / (pair[0] + 0.05) >= 4.5, (text, ground)
 
 
+@pytest.mark.sweep_except("single-1280")
 def test_every_control_and_picture_has_a_name(page: Any) -> None:
     page.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
     nameless = page.evaluate(

@@ -17,9 +17,14 @@ MODES = ["side", "wipe", "blink", "difference"]
 MEASURES = ["absolute", "signed", "relative", "flip", "z", "limitation", "bug", "support"]
 
 
+WINDOW = {"width": 960, "height": 620}  # pixels: each is shaded by the processor here
+TALL = {"width": 1280, "height": 1900}
+
+
 @pytest.fixture
 def quiet(tab: Any, site: Any) -> Any:
-    """The tab; afterwards it has not complained, and asked for nothing but the site's own files."""
+    """The tab, of a small window; afterwards it has not complained, and asked for nothing but the site's own files."""
+    tab.page.set_viewport_size(WINDOW)
     yield tab
     assert not tab.complaints
     outside = [each for each in tab.requests if not each.startswith((site.base, "about:", "data:", "blob:"))]
@@ -86,6 +91,13 @@ def at(picture: npt.NDArray[np.uint8], x: int, y: int, pane: int = 0, panes: int
     return np.asarray(found, np.float64)
 
 
+def middle(picture: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """The canvas where one fitted picture is drawn, without its border."""
+    height, width = picture.shape[:2]
+    reach = min(height, width) // 2 - 20
+    return picture[height // 2 - reach : height // 2 + reach, width // 2 - reach : width // 2 + reach]
+
+
 @FROM_A_FILE
 def test_side_by_side_wipe_and_blink_show_both_pictures(quiet: Any, site: Any, halves: Any) -> None:
     page = quiet.view(site, "a=reference&b=grey&mode=side")
@@ -129,7 +141,7 @@ def test_every_difference_of_a_picture_and_itself_is_black_and_of_others_is_not(
         other = "grey" if measure in ("z", "limitation", "bug") else "model:quad_split_02"
         dimmed = "&ev=-10" if measure == "z" else ""  # it differs by many thousands of tolerances
         page = quiet.go_on(site, f"a=reference&b={other}&mode=difference&of={measure}{dimmed}")
-        differing = shown(page)[20:-20, 150:-150]
+        differing = middle(shown(page))
         if measure == "bug":  # the leg of this result is empty
             assert (page.locator("#measured").text_content() or "").endswith("is empty")
             assert differing.max() < 8
@@ -137,7 +149,7 @@ def test_every_difference_of_a_picture_and_itself_is_black_and_of_others_is_not(
         assert np.ptp(differing.reshape(-1, 3).astype(int), axis=0).max() > 40, measure
         if measure in ("absolute", "relative", "flip"):
             page = quiet.go_on(site, f"a=reference&b=reference&mode=difference&of={measure}")
-            assert shown(page)[20:-20, 150:-150].max() < 8, measure
+            assert middle(shown(page)).max() < 8, measure
 
 
 @FROM_A_FILE
@@ -245,7 +257,7 @@ def test_help_is_a_dialog_that_closes(quiet: Any, site: Any) -> None:
 def test_a_tall_window_has_one_picture_above_the_other(quiet: Any, site: Any, halves: Any) -> None:
     """Pictures, pixels under the pointer and labels go with it, and a wide window has them side by side again."""
     page = quiet.page
-    page.set_viewport_size({"width": 1280, "height": 1900})
+    page.set_viewport_size(TALL)
     quiet.view(site, "a=reference&b=grey&mode=side")
     above, x, y = shown(page), 60, 100
     height, width = above.shape[:2]
@@ -269,5 +281,5 @@ def test_a_tall_window_has_one_picture_above_the_other(quiet: Any, site: Any, ha
         page.mouse.click(box["x"] + box["width"] / 2 + (x + 0.5 - 128) * zoom * box["width"] / width, box["y"] + down)
     middle = box["y"] + box["height"] / 2
     assert page.locator("#tag-a").bounding_box()["y"] < middle < page.locator("#tag-b").bounding_box()["y"]
-    page.set_viewport_size({"width": 1280, "height": 860})
+    page.set_viewport_size(WINDOW)
     page.wait_for_selector(".stage:not(.stacked)")

@@ -141,6 +141,9 @@ def dz(z: Any, depth: DepthFormat, n: float, f: float) -> Any:
 
 @pytest.mark.parametrize("depth", ["fixed16", "fixed24", "float32", "reversed32"])
 @pytest.mark.parametrize(("n", "f", "distance"), [(0.1, 100.0, 7.3), (0.01, 1000.0, 3.1), (1.0, 50.0, 31.0)])
+@pytest.mark.sweep_except(
+    "0.1-100.0-7.3-fixed16", "0.1-100.0-7.3-float32", "0.01-1000.0-3.1-fixed24", "1.0-50.0-31.0-reversed32"
+)
 def test_the_step_of_a_depth_buffer(depth: DepthFormat, n: float, f: float, distance: float) -> None:
     """dz = z^2 (1/n - 1/f) / 2^b for fixed point: sheets are told apart by their depths from that gap on."""
     step = float(dz(distance, depth, n, f))
