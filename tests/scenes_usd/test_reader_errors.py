@@ -116,11 +116,6 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
         "/Scene/Light.inputs:shaping:ies:file",
         "profiles",
     ),
-    "light linking": (
-        (("bool treatAsPoint", "rel collection:lightLink:excludes = </Scene/Group>\nbool treatAsPoint"),),
-        "/Scene/Light.collection:lightLink:excludes",
-        "linking",
-    ),
     "distant spot": (
         (
             (
