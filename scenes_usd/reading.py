@@ -144,7 +144,7 @@ def each_tried(*looks: Callable[[], object]) -> None:
             look()
         except SceneError as error:
             faults.append(error)
-    for error in faults[:-1]:
-        refuse(error)
+    for fault in faults[:-1]:
+        refuse(fault)
     if faults:
         raise faults[-1]

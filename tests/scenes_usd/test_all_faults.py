@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -94,7 +95,8 @@ def test_where_nothing_is_left_to_draw_the_reasons_are_told(tmp_path: Path) -> N
 
 def test_a_number_is_told_as_it_was_authored(tmp_path: Path) -> None:
     assert "got 0.3;" in told(tmp_path)["/World/Looks/Wood/Shader.inputs:displacement"]
-    assert [shown(value) for value in (0.1, 1.0, 0.30000001192092896, 7, "x")] == ["0.1", "1.0", "0.3", "7", "'x'"]
+    values = (0.1, 1.0, 0.30000001192092896, 1e300, -math.inf, math.nan, 7, "x")
+    assert [shown(value) for value in values] == ["0.1", "1.0", "0.3", "1e+300", "-inf", "nan", "7", "'x'"]
 
 
 def test_a_binding_to_nothing_names_its_target(tmp_path: Path) -> None:
