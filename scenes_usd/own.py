@@ -73,10 +73,23 @@ def take_scene(
         left = tuple(remark.error for remark in made.survey.remarks if remark.error is not None)
         if not left:
             raise refused
-        raise ManyFaultsError(left) if len(left) > 1 else left[0]
+        faults = _with_causes(refused, left)
+        raise ManyFaultsError(faults) if len(faults) > 1 else faults[0]
     chosen = {**scene.variants, **(variants or {})}
     notes = (summary(made.says), *scene.notes)
     return Taken(replace(scene, variants=chosen, view=view or AS_IT_IS, adapted=mends, notes=notes), made.says)
+
+
+def _with_causes(refused: SceneError, left: tuple[SceneError, ...]) -> tuple[SceneError, ...]:
+    """The faults ``left`` after adapting; where one of them is new, after those for which things were left out.
+
+    A scene all of whose meshes are broken has nothing to draw without them: that alone would say nothing of the meshes.
+    """
+    original = refused.errors if isinstance(refused, ManyFaultsError) else (refused,)
+    known, still = ({(error.where, error.what) for error in errors} for errors in (original, left))
+    if still <= known:
+        return left
+    return (*(each for each in original if not each.mends and (each.where, each.what) not in still), *left)
 
 
 def as_usd(scene: Scene) -> str:

@@ -221,10 +221,11 @@ def shown(found: object) -> str:
     >>> shown(0.30000001192092896)
     '0.3'
     """
-    if isinstance(found, float) and float(np.float32(found)) == found:
-        text = str(np.float32(found))
-    else:
-        text = " ".join(repr(found).split())
+    text = " ".join(repr(found).split())
+    if isinstance(found, float):
+        with np.errstate(over="ignore"):  # single precision ends at 3e38
+            single = np.float32(found)
+        text = str(single) if float(single) == found else text
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 

@@ -221,24 +221,28 @@ def table(results: Sequence[Result]) -> Table:
 
 
 def messages(results: Sequence[Result], out: Path | None = None) -> list[Text]:
-    """What is not well and why: a bug a line, and of what one renderer makes alike one line with a count.
+    """What is not well and why: of what one renderer makes alike one line, with a count.
 
     ``out`` is the run's folder, in which the logs lie.
     """
     made = []
-    bugs: dict[tuple[str, str, str], list[Result]] = {}
+    bugs: dict[tuple[str, str], list[Result]] = {}
     others = []
     for result in results:
         if result.verdict.word in ("pass", "limitation") or not result.verdict.message:
             continue
         if result.verdict.word == "bug":
-            bugs.setdefault((result.scene, result.renderer, result.verdict.message), []).append(result)
+            bugs.setdefault((result.renderer, result.verdict.message), []).append(result)
         else:
             others.append(result)
-    for (scene, renderer, message), found in bugs.items():
+    for (renderer, message), found in bugs.items():
+        scenes = list(dict.fromkeys(result.scene for result in found))
         variant = found[0].variant if len(found) == 1 else f"({len(found)} variants)"
-        where = " ".join(part for part in (scene, variant) if part)
-        made.append(verdict_text(found[0]).append(f"  {where} {renderer}: {message}", style=_PLAIN))
+        where = " ".join(part for part in (scenes[0], variant, renderer) if part)
+        if len(scenes) > 1:
+            more = f" and {len(scenes) - SHOWN} more" if len(scenes) > SHOWN else ""
+            where = f"{renderer}: {len(scenes)} scenes ({', '.join(scenes[:SHOWN])}{more})"
+        made.append(verdict_text(found[0]).append(f"  {where}: {message}", style=_PLAIN))
     for same in alike(others):
         count = len(same.results)
         one = " ".join(part for part in (same.first.scene, same.first.variant) if part)

@@ -282,6 +282,10 @@ def test_the_image_has_what_the_set_up_installs_and_every_recipe() -> None:
     assert len(wanted) == 6
     assert wanted <= set(text.split())
     assert set(re.findall(r"notabug install (\w+)", text)) == set(RECIPES)
+    make = (ROOT / "Makefile").read_text("utf-8")
+    for words in ("setuptools pybind11", "--no-build-isolation", "constraints.txt"):
+        assert words in make
+        assert words in text, "the image is built with the tools of make setup"
     pythons = {recipe.python for recipe in RECIPES.values() if recipe.python}
     assert {f"python:{each}-slim-bookworm" for each in pythons} == set(re.findall(r"^FROM (\S+)", text, re.M))
     drawn = {

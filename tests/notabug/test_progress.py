@@ -98,6 +98,16 @@ def test_one_mistake_is_told_once() -> None:
     assert told.plain.count("log.txt") == 1
 
 
+def test_one_bug_in_several_scenes_is_one_line() -> None:
+    cause = "light falls off linearly"
+    wrong = [result("bug", cause, scene=f"a/{at}") for at in range(7)]
+    (told,) = messages(wrong)
+    assert told.plain == f"✗ bug  my renderer: 7 scenes (a/0, a/1, a/2, a/3, a/4 and 2 more): {cause}"
+    variants = [result("bug", cause, scene="a/0"), result("bug", cause, scene="a/0"), result("bug", "flipped")]
+    assert [line.plain.partition(": ")[2] for line in messages(variants)] == [cause, "flipped"]
+    assert messages(variants)[0].plain.startswith("✗ bug  a/0 (2 variants) my renderer: ")
+
+
 def test_what_is_unsupported_is_one_line_with_a_count() -> None:
     lacks = [
         result("unsupported", f"adapter 'mine': scene 'x' needs {what}; choose another renderer", scene=f"a/{what}")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
 
-from notabug.scenes_usd.errors import SceneError
+from notabug.scenes_usd.errors import ManyFaultsError, SceneError
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.reader import survey_scene
 from notabug.scenes_usd.reader_values import shown
 from notabug.scenes_usd.reading import each_tried, reading
@@ -76,9 +78,25 @@ def test_all_faults_of_a_texture_are_told_in_one_run(tmp_path: Path) -> None:
     assert found == {"st", "wrapS", "sourceColorSpace", "scale", "file"}
 
 
+def test_where_nothing_is_left_to_draw_the_reasons_are_told(tmp_path: Path) -> None:
+    """The broken meshes are left out by adapting, and then there is nothing to draw: what broke them is the news."""
+    path = tmp_path / "scene.usda"
+    broken = SCENE.replace("BOUND", "Wood").replace("[0, 1, 2, 3]", "[0, 1, 2, 7]")
+    path.write_text(broken)
+    with pytest.raises(ManyFaultsError) as caught:
+        take_scene(path)
+    told = {error.where: error.what for error in caught.value.errors}
+    assert told["/World/Floor.faceVertexIndices"] == "element 3 is out of range"
+    assert "nothing to draw" in told["/World"]
+    assert "/World/Looks/Wood/Shader.inputs:displacement" not in told, "this one is mended"
+    path.write_text(broken.replace("[0, 1, 2, 7]", "[0, 1, 2, 3]"))
+    assert take_scene(path).scene.adapted == "scene"
+
+
 def test_a_number_is_told_as_it_was_authored(tmp_path: Path) -> None:
     assert "got 0.3;" in told(tmp_path)["/World/Looks/Wood/Shader.inputs:displacement"]
-    assert [shown(value) for value in (0.1, 1.0, 0.30000001192092896, 7, "x")] == ["0.1", "1.0", "0.3", "7", "'x'"]
+    values = (0.1, 1.0, 0.30000001192092896, 1e300, -math.inf, math.nan, 7, "x")
+    assert [shown(value) for value in values] == ["0.1", "1.0", "0.3", "1e+300", "-inf", "nan", "7", "'x'"]
 
 
 def test_a_binding_to_nothing_names_its_target(tmp_path: Path) -> None:
