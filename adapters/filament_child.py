@@ -68,21 +68,24 @@ def _lit(
     renderer: filly.Renderer, target: filly.RenderTarget, job: Job, arrays: Arrays, lights: list[LightSaid]
 ) -> npt.NDArray[np.float64]:
     """The samples (h, w, 3) under ``lights``, top row first."""
-    scene = renderer.create_scene()
+    scene, camera = renderer.create_scene(), _camera(renderer, job["camera"], job["unit"])
+    textures: list[filly.Texture] = []
     try:
         scene.encoding = scene.tone_mapping = "linear"
         scene.antialiasing, scene.msaa = "none", 1
         scene.dithering = scene.shadows = scene.ssao = scene.bloom = scene.fog = scene.vignette = False
         scene.background = [0.0, 0.0, 0.0, 1.0]
-        _objects(renderer, scene, job, arrays)
+        textures += _objects(renderer, scene, job, arrays)
         reach = _REACH * _size(job, arrays)
         lamps = [_light(scene, light, job["unit"], reach) for light in lights if any(light["intensity"])]
         if not lamps:
             return np.zeros((target.height, target.width, 3))
-        scene.camera = _camera(renderer, job["camera"], job["unit"])
+        scene.camera = camera
         return _bracketed(renderer, scene, target, lamps)
     finally:
         scene.close()
+        for each in (camera, *textures):
+            each.close()
 
 
 def _bracketed(
@@ -117,7 +120,9 @@ def _bracketed(
     return np.where(picture == 0, 0.0, 0.5 * (low + high))
 
 
-def _objects(renderer: filly.Renderer, scene: filly.Scene, job: Job, arrays: Arrays) -> None:
+def _objects(renderer: filly.Renderer, scene: filly.Scene, job: Job, arrays: Arrays) -> list[filly.Texture]:
+    """Put the meshes into the scene; the textures that they show."""
+    shown = []
     for shape in job["objects"]:
         said = job["materials"][shape["material"]]
         textured = said["texture"] >= 0
@@ -129,7 +134,9 @@ def _objects(renderer: filly.Renderer, scene: filly.Scene, job: Job, arrays: Arr
             whole[..., :3] = pixels
             wrap = "clamp" if texture["wrap"][0] == "clamp" else "repeat"
             look = model.nodes[0].material(0)
-            look.base_color_texture = renderer.create_texture(whole, color_space="linear", wrap=wrap)
+            shown.append(renderer.create_texture(whole, color_space="linear", wrap=wrap))
+            look.base_color_texture = shown[-1]
+    return shown
 
 
 def _glb(shape: ShapeSaid, diffuse: list[float], textured: bool, arrays: Arrays, unit: float) -> bytes:

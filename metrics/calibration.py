@@ -16,7 +16,6 @@ from itertools import permutations
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from notabug.adapters.base import Declaration
 from notabug.metrics.causes import encoded, find_scale, find_shifts, why_gain, zoomed
@@ -160,6 +159,8 @@ def _faults(reading: Reading, declaration: Declaration) -> list[tuple[str, str]]
 
 def _orientation(mean: Floats, value: Floats) -> tuple[float, str, str]:
     """The largest correlation, at any magnification, and the turn and the order of channels that give it."""
+    from scipy import ndimage
+
     small = ndimage.uniform_filter(value, (4, 4, 1))[2::4, 2::4]
     sizes = [small] + [zoomed(small, each) for each in np.geomspace(0.6, 1.7, 23)]
     targets = np.stack([_normal(size) for size in sizes])
@@ -182,6 +183,8 @@ def _normal(picture: Floats) -> Floats:
 
 def _place(mean: Floats, value: Floats) -> tuple[tuple[float, float], float, Floats]:
     """Shift, magnification, and ``value`` under them: whichever of the two, or neither, brings it nearest."""
+    from scipy import ndimage
+
     gain = float(np.median(mean[_smooth(value)] / value[_smooth(value)])) if _smooth(value).any() else 1.0
     scaled = value * gain
     tried: list[tuple[float, tuple[float, float], float, Floats]] = [(_misfit(mean, scaled), (0.0, 0.0), 1.0, value)]
@@ -232,12 +235,16 @@ def _worst_tone(error: Floats, tone: npt.NDArray[np.integer]) -> float:
 
 def _smooth(value: Floats) -> npt.NDArray[np.bool_]:
     """Values (h, w, 3) that are bright enough and whose neighbourhood, three pixels wide each way, is of one tone."""
+    from scipy import ndimage
+
     spread = ndimage.maximum_filter(value, (7, 7, 1)) - ndimage.minimum_filter(value, (7, 7, 1))
     return np.asarray((value > 0.01 * value.max()) & (spread.max(axis=2, keepdims=True) < 0.02 * value.max()))
 
 
 def _width(mean: Floats, value: Floats) -> float:
     """The standard deviation of the filter: of the Gaussian that, over the box that ``value`` has, fits ``mean``."""
+    from scipy import ndimage
+
     widths = np.linspace(0.0, 2.4, 25)
     misfits = [_misfit(mean, ndimage.gaussian_filter(value, (width, width, 0))) for width in widths]
     best = int(np.argmin(misfits))

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 # Okabe and Ito 2008, "Color Universal Design"; yellow is left out, it is too faint on white.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#7F7F7F", "#8C564B")
 MARKS = "osD^vP*Xh"
-_LINE = 0.065  # height of a label, as a share of the plot's
+STROKES = ("-", "--", ":")  # of the first lines as many as there are colours, of as many more, and so on
+_LINE = 0.235  # inches that a label is high
+_HEIGHT = 3.6  # inches that a plot is high, where its labels need no more
 LEAST = 1e-4  # share of pixels that stands for none on a logarithmic axis
 
 
@@ -84,7 +86,8 @@ def draw(
 
     settings: Any = {"svg.hashsalt": path.stem, "svg.fonttype": "none", "font.size": 9, "font.family": "sans-serif"}
     with mpl.rc_context(settings):
-        figure, axes = pyplot.subplots(figsize=(7.2, 3.6), layout="constrained")
+        height = max(_HEIGHT, _LINE * (len(curves) + 1))
+        figure, axes = pyplot.subplots(figsize=(7.2, height), layout="constrained")
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_xlabel(x_label)
@@ -95,44 +98,64 @@ def draw(
         for number, curve in enumerate(curves):
             if not curve.x:
                 continue
-            colour, mark = PALETTE[number % len(PALETTE)], MARKS[number % len(MARKS)]
-            axes.plot(curve.x, curve.y, color=colour, marker=mark, markersize=3.5, linewidth=1.2)
+            colour, mark, stroke = style(number)
+            axes.plot(curve.x, curve.y, color=colour, marker=mark, linestyle=stroke, markersize=3.5, linewidth=1.2)
             for at in curve.marked:
                 axes.plot(curve.x[at], curve.y[at], color=colour, marker=mark, markersize=8, fillstyle="none")
             if curve.tick is not None and level is not None:
                 axes.plot(curve.tick, level, color=colour, marker="v", markersize=8, fillstyle="none")
-            ends.append((curve.name, colour, curve.x[-1], curve.y[-1]))
+            ends.append(End(curve.name, colour, mark, curve.x[-1], curve.y[-1]))
         if level is not None:
             axes.axhline(level, color="#7F7F7F", linestyle=":", linewidth=1.0)
         if falling:
             axes.invert_xaxis()
-        _label(axes, ends)
+        _label(axes, ends, _LINE / height)
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, format="svg", metadata={"Date": None, "Creator": "notabug"})
         pyplot.close(figure)
     return path
 
 
-def _label(axes: Axes, ends: Sequence[tuple[str, str, float, float]]) -> None:
-    """Names in the margin, at the height of their line's end, moved apart where they would touch."""
+def style(number: int) -> tuple[str, str, str]:
+    """Colour, mark and stroke of a line by its number: no two of the first 27 have the same."""
+    round_, place = divmod(number, len(PALETTE))
+    return PALETTE[place], MARKS[(place + round_) % len(MARKS)], STROKES[round_ % len(STROKES)]
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """Where a line ends, and how it looks."""
+
+    name: str
+    colour: str
+    mark: str
+    x: float
+    y: float
+
+
+def _label(axes: Axes, ends: Sequence[End], line: float) -> None:
+    """Names in the margin, at the height of their line's end, moved apart by ``line`` where they would touch."""
     low, high = (math.log10(each) for each in axes.get_ylim())
     heights: list[float] = []
-    ordered = sorted(ends, key=lambda end: end[3])
-    for _, _, _, y in ordered:
-        wanted = (math.log10(y) - low) / (high - low)
-        heights.append(max(wanted, heights[-1] + _LINE) if heights else wanted)
+    ordered = sorted(ends, key=lambda end: end.y)
+    for end in ordered:
+        wanted = (math.log10(end.y) - low) / (high - low)
+        heights.append(max(wanted, heights[-1] + line) if heights else wanted)
     for place in range(len(heights) - 1, -1, -1):  # down again from the top of the plot
-        above = heights[place + 1] - _LINE if place + 1 < len(heights) else 1.0
+        above = heights[place + 1] - line if place + 1 < len(heights) else 1.0
         heights[place] = min(heights[place], above)
-    for (name, colour, x, y), height in zip(ordered, heights, strict=True):
+    for end, height in zip(ordered, heights, strict=True):
+        axes.plot(
+            1.03, height, color=end.colour, marker=end.mark, markersize=3.5, transform=axes.transAxes, clip_on=False
+        )
         axes.annotate(
-            name,
-            xy=(x, y),
+            end.name,
+            xy=(end.x, end.y),
             xycoords="data",
-            xytext=(1.02, height),
+            xytext=(1.05, height),
             textcoords="axes fraction",
-            color=colour,
+            color=end.colour,
             va="center",
             annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": colour, "alpha": 0.3, "linewidth": 0.6},
+            arrowprops={"arrowstyle": "-", "color": end.colour, "alpha": 0.3, "linewidth": 0.6},
         )

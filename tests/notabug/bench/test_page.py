@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 
 from notabug.bench import page, prose
-from notabug.bench.plots import PALETTE, Curve, draw
+from notabug.bench.plots import PALETTE, Curve, draw, style
 from notabug.bench.stability import Course, Point
 
 TOOL = {"platform": "somewhere", "version": "1"}
@@ -70,3 +70,9 @@ def test_labels_do_not_overlap(tmp_path: Path) -> None:
             found[each.text] = place
     assert len(found) == 9
     assert len(set(found.values())) == 9
+
+
+def test_lines_of_a_plot_are_told_apart() -> None:
+    """Twice as many as there are colours, and more: seventeen renderers took part in a sweep."""
+    assert len({style(number) for number in range(27)}) == 27
+    assert [style(number)[0] for number in range(len(PALETTE))] == list(PALETTE)

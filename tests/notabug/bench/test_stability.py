@@ -143,13 +143,15 @@ def test_a_stopped_sweep_goes_on_where_it_stopped(tmp_path: Path) -> None:
 
 
 def test_whatever_is_installed_takes_part(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Panda3D cannot: it interpolates colours."""
+    """Panda3D cannot, which interpolates colours, nor LuxCore, which does not draw pixel centres."""
     from notabug.adapters.registry import adapters
 
-    known = set(adapters()) - {"inhouse", "zbuffer", "shadowmap", "panda3d"}
+    known = set(adapters()) - {"inhouse", "zbuffer", "shadowmap", "panda3d", "luxcore"}
     for each in known:
         monkeypatch.setattr(type(adapters()[each]), "find", lambda adapter: Found("1", f"where {adapter.name} is"))
-    assert known <= {each.name for each in contestants()}
+    entrants = contestants()
+    assert known <= {each.name for each in entrants}
+    assert {each.declaration.filter for each in entrants} == {"point"}
 
 
 @pytest.mark.parametrize(("name", "drawn"), [("vtk", True), ("tachyon", True), ("pygfx", False), ("babylon", False)])
