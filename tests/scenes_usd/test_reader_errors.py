@@ -116,10 +116,21 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
         "/Scene/Light.inputs:shaping:ies:file",
         "profiles",
     ),
-    "light linking": (
-        (("bool treatAsPoint", "rel collection:lightLink:excludes = </Scene/Group>\nbool treatAsPoint"),),
-        "/Scene/Light.collection:lightLink:excludes",
-        "linking",
+    "light filters": (
+        (("bool treatAsPoint", "rel light:filters = </Scene/Group>\nbool treatAsPoint"),),
+        "/Scene/Light.light:filters",
+        "filters",
+    ),
+    "light linking by a pattern": (
+        (
+            (
+                "bool treatAsPoint",
+                'pathExpression collection:lightLink:membershipExpression = "//Group"\n'
+                "uniform bool collection:lightLink:includeRoot = 0\nbool treatAsPoint",
+            ),
+        ),
+        "/Scene/Light.collection:lightLink:membershipExpression",
+        "patterns of light linking",
     ),
     "distant spot": (
         (
