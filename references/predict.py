@@ -17,6 +17,7 @@ import numpy.typing as npt
 from notabug.references import _native
 from notabug.references.cache import cache_root, source_hash
 from notabug.references.models.model import Model
+from notabug.references.tracer.emitters import PREVIEW_DIRECTIONS
 from notabug.references.tracer.envelope import Envelope, trace_changes, trace_envelope, trace_picture
 from notabug.references.tracer.options import Options
 from notabug.scenes_usd import triangulate
@@ -150,14 +151,15 @@ def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float3
         return _stored_picture(path)
     except (OSError, ValueError, EOFError):
         _forget(path)
-    picture = _single(trace_picture(configured_scene, options))
+    picture = _single(trace_picture(configured_scene, options, directions=PREVIEW_DIRECTIONS))
     _keep(path, [picture])
     return picture
 
 
 def preview_at(scene: Scene, models: Iterable[Model], at: npt.NDArray[np.intp]) -> npt.NDArray[np.float32]:
     """The pixels (n, 3) of ``preview`` numbered ``at`` (n,); they are not kept, as few of them take less to draw."""
-    return _single(trace_picture(*configured(scene, models), at=at).reshape(-1, 3)[at])
+    seen = trace_picture(*configured(scene, models), at=at, directions=PREVIEW_DIRECTIONS)
+    return _single(seen.reshape(-1, 3)[at])
 
 
 @lru_cache(maxsize=16)

@@ -151,8 +151,8 @@ def read_shape(prim: Usd.Prim, kind: str) -> Light:
     emitter = light.emitter
     assert emitter is not None
     name = "inputs:texture:file"
-    path = getattr(value(prim, name, "asset"), "path", "")
-    if kind != "dome" and path:
+    file = getattr(value(prim, name, "asset"), "path", "")
+    if file and kind != "dome":
         none = opinion(prim, name, "asset", "")
         what = f"a texture on a {kind} light is not supported"
         refuse(fault(prim, name, what, expected="a constant colour, or a dome", mends=none))

@@ -157,7 +157,9 @@ def _lacks() -> tuple[str, ...]:
 
 
 def _pass_over(prim: Usd.Prim) -> None:
-    """Note what is not read, and refuse a light of a kind that is none."""
+    """Note what is not read, and refuse a light of a kind that is none; a portal guides samples, and lights nothing."""
+    if str(prim.GetTypeName()) == "PortalLight":
+        return
     if prim.HasAPI(UsdLux.LightAPI):
         raise fault(
             prim,

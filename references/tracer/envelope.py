@@ -82,9 +82,10 @@ def _pass(
     samples: int = 1,
     seed: int = 0,
     threads: int = 0,
+    directions: int = 0,
 ) -> None:
     """Render ``pixels`` with all threads; every pixel is computed alike whatever their number."""
-    directions = CENTRE_DIRECTIONS if grid == 1 else DIRECTIONS
+    directions = directions or (CENTRE_DIRECTIONS if grid == 1 else DIRECTIONS)
     how = grid, samples, seed
     _native.render(flat, options.for_scene(scene), scene.width, scene.height, pixels, *how, into, threads, directions)
 
@@ -295,13 +296,16 @@ def trace_picture(
     dtype: npt.DTypeLike = np.float64,
     threads: int = 0,
     at: npt.NDArray[np.intp] | None = None,
+    directions: int = 0,
 ) -> Floats:
     """A picture (h, w, 3) as a renderer draws it: pixel centres for one sample, else box-filtered random ones.
 
-    Only the pixels numbered ``at`` (n,) are drawn where they are given, and the others left black.
+    Only the pixels numbered ``at`` (n,) are drawn where they are given, and the others left black. To each light with
+    a size go ``directions`` from each sample; 0: as many as for references.
     """
     into = _Buffers(scene.height, scene.width)
     every = np.arange(scene.width * scene.height) if at is None else np.ascontiguousarray(at)
     grid = 1 if samples == 1 else 0
-    _pass(flatten(scene, dtype), scene, options, every, into, grid=grid, samples=samples, seed=seed, threads=threads)
+    how = {"grid": grid, "samples": samples, "seed": seed, "threads": threads, "directions": directions}
+    _pass(flatten(scene, dtype), scene, options, every, into, **how)
     return into.mean

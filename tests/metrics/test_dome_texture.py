@@ -17,9 +17,10 @@ from notabug.adapters.requirements import check_supported
 from notabug.metrics.judge import judge
 from notabug.references.models.dome import models
 from notabug.references.predict import configured
+from notabug.references.tracer.envelope import trace_picture
 from notabug.scenes_usd.errors import NotabugError, SceneError
 from notabug.scenes_usd.picture import read_picture, write_exr, write_png
-from notabug.scenes_usd.reader_stage import read_stage
+from notabug.scenes_usd.reader_stage import read_stage, survey_stage
 from notabug.scenes_usd.scene import Emitter, Floats, Scene
 from notabug.scenes_usd.srgb import encode_srgb
 from notabug.scenes_usd.writer import write_scene
@@ -37,6 +38,13 @@ def Xform "World"
     {
         double radius = 1
         color3f[] primvars:displayColor = [(0.8, 0.7, 0.6)]
+    }
+    def Sphere "Small"
+    {
+        double radius = 0.5
+        color3f[] primvars:displayColor = [(0.3, 0.6, 0.4)]
+        double3 xformOp:translate = (0.7, -0.5, 0.9)
+        uniform token[] xformOpOrder = ["xformOp:translate"]
     }
     def DOME "Sky"
     {
@@ -171,6 +179,33 @@ def test_it_is_written_as_it_was_read(tmp_path: Path) -> None:
     assert scene.digest() != replace(scene, lights=(replace(scene.lights[0], emitter=Emitter()),)).digest()
 
 
+def test_a_portal_changes_nothing(tmp_path: Path) -> None:
+    plain = read(tmp_path)
+    path = tmp_path / "scene.usda"
+    path.write_text(
+        path.read_text("utf-8").replace("    def Camera", '    def PortalLight "Door"\n    {\n    }\n    def Camera')
+    )
+    survey = survey_stage(path, "own", {})
+    assert survey.scene is not None
+    assert [light.path for light in survey.scene.lights] == [light.path for light in plain.lights]
+    assert not [remark for remark in survey.remarks if "Door" in remark.where]
+
+
+@pytest.mark.parametrize(
+    "pixels", [np.full((1, 1, 3), 0.5), np.full((1, 3, 3), 0.5), np.zeros((2, 4, 3)), np.eye(3)[:, :, None]]
+)
+def test_pictures_of_any_shape_are_drawn(tmp_path: Path, pixels: Floats) -> None:
+    scene = read(tmp_path)
+    write_exr(tmp_path / "sky.exr", np.broadcast_to(pixels, (*pixels.shape[:2], 3)).copy())
+    scene = replace(read_stage(tmp_path / "scene.usda", "own", {}), width=6, height=6)
+    for dtype in (np.float64, np.float32):
+        shown = trace_picture(scene, dtype=dtype)
+        assert np.isfinite(shown).all()
+        assert (shown.max() > 0) == bool(pixels.any())
+    for model in models(scene):
+        assert np.isfinite(trace_picture(*configured(scene, (model,)))).all()
+
+
 # --- judging ------------------------------------------------------------------------------------------------------
 
 
@@ -188,6 +223,12 @@ def test_a_fault_is_named(studio: Any, tmp_path: Path, fault: str) -> None:
     verdict = studio.verdict(studio.draw(inhouse, scene, CENTRES), scene, inhouse.declaration(CENTRES))
     assert verdict.word == "bug"
     assert verdict.findings[0].name == fault
+
+
+def test_poles_at_the_centres_of_rows_are_a_convention(studio: Any, tmp_path: Path) -> None:
+    scene, inhouse = read(tmp_path), InHouse(faults=("dome_rows_at_poles",))
+    verdict = studio.verdict(studio.draw(inhouse, scene, CENTRES), scene, inhouse.declaration(CENTRES))
+    assert (verdict.word, [each.name for each in verdict.findings]) == ("pass", ["dome_rows_at_poles"])
 
 
 def test_a_dome_that_is_turned_by_180_degrees_is_a_bug(studio: Any, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from notabug.references.predict import preview
 from notabug.references.tracer.envelope import Envelope, Options, trace_envelope, trace_picture
 from notabug.references.tracer.probe import probe
 from notabug.scenes_usd.emitters import area, resized, side
@@ -323,3 +324,17 @@ def test_a_scene_that_is_moved_turned_and_scaled_shows_the_same_light(kind: str)
     matrix[3] = 4.0, -2.0, 1.0, 1.0
     one, other = (trace_picture(each) for each in (scene, transformed(scene, matrix)))
     assert other == pytest.approx(one, rel=5e-3, abs=1e-3 * one.max())
+
+
+def test_previews_look_in_fewer_directions_and_differ_alike() -> None:
+    """What a preview is for, a difference to another one, is nearly that of references; a point's is the very same."""
+    scene = penumbra(light("rect", 0.8, at=(0.5, -0.3, 3.0)))
+    brighter = replace(scene, lights=(replace(scene.lights[0], intensity=(1.05,) * 3),))
+    larger = replace(scene, lights=(resized(scene.lights[0], 2.0, keep_power=True),))
+    for other in (brighter, larger):
+        wanted, found = (draw(other) - draw(scene) for draw in (trace_picture, preview))
+        cosine = float((wanted * found).sum() / np.sqrt((wanted**2).sum() * (found**2).sum()))
+        assert cosine > 0.99
+    assert not np.array_equal(trace_picture(scene).astype(np.float32), preview(scene)), "fewer directions"
+    point = penumbra(Light("/Light", "point", (9.0,) * 3, position=(0.5, -0.3, 3.0)))
+    assert np.array_equal(preview(point), trace_picture(point).astype(np.float32))

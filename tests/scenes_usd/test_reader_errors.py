@@ -116,6 +116,22 @@ CASES: dict[str, tuple[tuple[tuple[str, str], ...], str, str]] = {
         "/Scene/Light.inputs:shaping:ies:file",
         "profiles",
     ),
+    "light filters": (
+        (("bool treatAsPoint", "rel light:filters = </Scene/Group>\nbool treatAsPoint"),),
+        "/Scene/Light.light:filters",
+        "filters",
+    ),
+    "light linking by a pattern": (
+        (
+            (
+                "bool treatAsPoint",
+                'pathExpression collection:lightLink:membershipExpression = "//Group"\n'
+                "uniform bool collection:lightLink:includeRoot = 0\nbool treatAsPoint",
+            ),
+        ),
+        "/Scene/Light.collection:lightLink:membershipExpression",
+        "patterns of light linking",
+    ),
     "distant spot": (
         (
             (
