@@ -59,15 +59,15 @@ def test_a_structure_is_shown_by_the_patterns_that_have_it(pattern: str, shows: 
 
 
 def test_every_word_that_a_model_may_say_is_a_structure() -> None:
-    assert (
-        set(STRUCTURES) == set(get_args(Shows)) == {*SHOWN, "crossing"}
-    )  # that one: tests/metrics/test_near_faults.py
+    words = {*SHOWN, "crossing"}  # the last has its tests in test_near_faults.py
+    assert set(STRUCTURES) == words
+    assert set(get_args(Shows)) == words
 
 
 @pytest.mark.parametrize(("side", "shown"), [(8, True), (SIDE, False)])
 def test_stripes_may_leave_more_in_shadow_where_few_pixels_tell(side: int, shown: bool) -> None:
     """Seven eighths of 64 pixels are chance, and of 1,024 they are none."""
     tried = trial(PATTERNS["wide stripes"], "stripes")
-    within = (ROWS < side) & (COLUMNS < side)
+    within = (side > ROWS) & (side > COLUMNS)
     alpha = np.where(within & PATTERNS["wide stripes"], 1.0, 0.0)
     assert STRUCTURES["stripes"].shown(tried, (tried.base, alpha, within, 0.0)) == shown
