@@ -91,7 +91,7 @@ def _moved(scene: Scene, light: Light, place: Floats, normal: Floats, depth: Flo
         to = to / np.maximum(np.linalg.norm(to, axis=2), 1e-30)[..., None]
     cosine = (to * normal).sum(axis=2)
     epsilon = POLICY.leeway.half * 2.0 * scene.camera.tan_x / scene.width * scene.camera.spans(depth)
-    height = POLICY.leeway.small * epsilon / np.maximum(cosine, POLICY.leeway.least_cosine)
+    height = POLICY.leeway.small * epsilon / np.maximum(cosine, 1e-9)
     shown, _ = projected(scene, place + height[..., None] * (cosine[..., None] * normal - to))
     moved = (shown - projected(scene, place)[0]) / POLICY.leeway.small
     good = (cosine > 0) & (depth > 0) & np.isfinite(moved).all(axis=2)

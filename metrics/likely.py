@@ -41,7 +41,7 @@ MUCH_LESS = POLICY.likely.much_less
 
 JOINT_STEPS = POLICY.likely.joint_steps
 JOINT_TURNS = POLICY.likely.joint_turns
-JOINT_LEAST = POLICY.likely.joint_least
+JOINT_LEAST = POLICY.likely.least
 JOINT_MOST = POLICY.likely.most
 
 RARE = frozenset({"geometry_mirrored", "cracks"})
@@ -327,7 +327,7 @@ def _sane(strength: float, fault: Model) -> float:
     size = POLICY.likely.most * abs(fault.strength - fault.neutral)
     off = min(max(off, -size), size)
     if off == 0.0:
-        off = POLICY.likely.first_step * (fault.strength - fault.neutral)
+        off = POLICY.likely.least * (fault.strength - fault.neutral)
     return fault.neutral + float(f"{off:.3g}")
 
 

@@ -93,6 +93,3 @@ class Leeway:
     far: float = number(3.0, "pixels", "how far along a shadow's retreat is looked", "convention", "word")
     step: float = number(0.5, "pixels", "and in which steps", "convention", "word")
     small: float = number(1e-3, "of an epsilon", "the step of a numerical derivative", "convention", "word")
-    least_cosine: float = number(
-        1e-6, "cosine", "least N.L that a raised start is divided by", "derived: it keeps from dividing by 0", "word"
-    )

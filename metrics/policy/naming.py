@@ -183,7 +183,6 @@ class Likely:
         "name",
     )
     joint_turns: int = number(4, "steps", "most steps at each of those sides", "convention", "name")
-    joint_least: float = number(0.01, "strengths", "a smaller part along an axis is none", "convention", "name")
     enough: int = number(256, "values", "fewer off edges tell nothing of a fault", "convention", "name")
     worth: int = number(4, "ratio", "a change is weighed by its tolerance over this", "convention", "name")
     turns: int = number(4, "steps", "of a fit by Huber's weights", "convention: it has settled by then", "name")
@@ -196,7 +195,13 @@ class Likely:
     )
     most_factor: float = number(9.0, "strengths", "a factor is no more than 1 + 9", "convention", "name")
     least_factor: float = number(0.9, "strengths", "and no less than 1 - .9", "convention", "name")
-    first_step: float = number(0.01, "strengths", "the step from no fault at all", "convention", "name")
+    least: float = number(
+        0.01,
+        "strengths",
+        "the step from no fault at all; and along one of several axes a smaller part is none",
+        "convention",
+        "name",
+    )
 
 
 @dataclass(frozen=True, slots=True)
