@@ -32,7 +32,7 @@ Floats = npt.NDArray[np.floating]
 
 POINT = Declaration("float64", "point", 0.0, 2.0**-24, relative_quantum=True, noisy=False)
 NOISY = replace(POINT, filter="box", radius=0.5, noisy=True)
-FEW = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+FEW = settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 seeds = st.integers(0, 2**32 - 1)
 sizes = st.sampled_from([(32, 32), (40, 56), (64, 48)])
