@@ -37,6 +37,7 @@ from notabug.scenes_usd.scene import Mesh, Scene
 
 POINT = Declaration("float64", "point", 0.0, 2.0**-24, relative_quantum=True, noisy=False)
 UNKNOWN = replace(POINT, **declared.unknown())
+UNKNOWN_CROSSINGS = replace(POINT, crossings=UNKNOWN.crossings)  # and all else declared, which leaves less to try
 SIDE = 44  # pixels: enough to see each thing of a scene, and half of what 64 cost
 
 
@@ -147,11 +148,11 @@ def test_a_fault_beside_close_sheets_stays_a_bug(
     assert "object_missing" in names
     inside = np.abs(picture - switched(scene)).max(axis=2) > 1e-3
     assert inside.sum() > 100
-    for gain in (0.9, 1.1):  # in the very pixels that the limitation acts on
-        verdict = judged(np.where(inside[..., None], np.float32(gain) * picture, picture), scene, UNKNOWN)
+    for gain, declaration in ((0.9, UNKNOWN), (1.1, UNKNOWN_CROSSINGS)):  # in the very pixels of the limitation
+        verdict = judged(np.where(inside[..., None], np.float32(gain) * picture, picture), scene, declaration)
         assert verdict.word == "bug"
     apart = sheets(0.02)  # no epsilon that is declared or reasonable is so large
-    assert judged(switched(apart, shadow_gap=0.05, ray_gap=0.05), apart, UNKNOWN).word == "bug"
+    assert judged(switched(apart, shadow_gap=0.05, ray_gap=0.05), apart, UNKNOWN_CROSSINGS).word == "bug"
 
 
 @pytest.mark.parametrize("loses", ["crossings", "objects"])
@@ -233,7 +234,7 @@ def ball(studio: Any) -> Scene:
 
 @pytest.mark.parametrize("name", ["gouraud_interpolation", "gouraud_pixel_shadows", "gouraud_unshadowed"])
 def test_colours_are_interpolated_in_several_ways(ball: Scene, judged: Callable[..., Verdict], name: str) -> None:
-    for model in named(ball, name):
+    for place, model in enumerate(named(ball, name)):
         picture = drawn(ball, model)
         declaration = replace(POINT, **dict(model.conditions))
         word, names = kinds(judged(picture, ball, declaration))
@@ -243,7 +244,8 @@ def test_colours_are_interpolated_in_several_ways(ball: Scene, judged: Callable[
         assert word == "limitation"
         assert any(each.startswith("gouraud") for each in names)
         assert judged(picture, ball, replace(POINT, interpolation="phong")).word == "bug"
-        assert judged(picture * np.float32(1.05), ball, UNKNOWN).word == "bug"
+        if place == 0:  # nothing excuses it, and to find that out of a picture of unknown making takes seconds
+            assert judged(picture * np.float32(1.05), ball, UNKNOWN).word == "bug"
 
 
 def test_a_quads_colours_are_bilinear_or_cut(ball: Scene, sheets: Callable[[float], Scene]) -> None:
@@ -336,18 +338,30 @@ def test_hits_on_spheres_are_off_by_what_cancels(studio: Any, distance: str) -> 
     assert acne.under(POINT).options["sphere_error"] < 1e-14  # in float64 nothing to speak of
 
 
-@pytest.mark.parametrize("offset", ["1e5", "1e6"])
+@pytest.mark.parametrize("offset", [1e5, 1e6])
 def test_float32_coordinates_move_what_is_far_from_the_origin(
-    studio: Any, judged: Callable[..., Verdict], offset: str
+    ball: Scene, judged: Callable[..., Verdict], offset: float
 ) -> None:
-    scene = replace(studio.scene("acne/sphere", world_offset=offset), width=SIDE, height=SIDE)
+    scene = away(ball, offset)
     assert sideways(scene) > 0.0
     rounded = drawn(rounded_scene(scene))
+    assert (rounded != drawn(scene)).any()
     held = replace(POINT, coordinates="float32")
     assert kinds(judged(rounded, scene, held))[0] in ("limitation", "pass")
     assert judged(rounded * np.float32(1.05), scene, held).word == "bug"
-    ball_lost = replace(scene, objects=scene.objects[:1])
+    ball_lost = replace(scene, objects=tuple(each for each in scene.objects if each.normals is None))
+    assert 0 < len(ball_lost.objects) < len(scene.objects)
     assert judged(drawn(rounded_scene(ball_lost)), scene, held).word == "bug"
+
+
+def away(scene: Scene, offset: float) -> Scene:
+    """``scene`` with everything moved along all three axes; of few facets, for each prediction moves them all anew."""
+    objects = tuple(replace(each, points=each.points + offset) for each in scene.objects if isinstance(each, Mesh))
+    assert len(objects) == len(scene.objects)
+    place = scene.camera.to_world.copy()
+    place[3, :3] += offset
+    lights = tuple(replace(each, position=tuple(value + offset for value in each.position)) for each in scene.lights)
+    return replace(scene, objects=objects, lights=lights, camera=replace(scene.camera, to_world=place))
 
 
 def rounded_scene(scene: Scene) -> Scene:

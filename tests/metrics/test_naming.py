@@ -319,6 +319,7 @@ def test_what_a_rasteriser_cannot_have_is_not_told_of_its_picture(studio: Any, f
     ("name", "variants"),
     [("phong/lobes", {}), ("phong/floor_lobes", {}), ("separation/t_highlight", {"part": "both"})],
 )
+@pytest.mark.sweep_except("phong/floor_lobes-variants1", "separation/t_highlight-variants2")
 def test_a_lost_highlight_needs_no_limitations(studio: Any, name: str, variants: dict[str, str]) -> None:
     scene = replace(studio.scene(name, **variants), width=64, height=64)
     declaration = replace(BOX, lobe="unknown", normalised="unknown", highlight="unknown", interpolation="unknown")
@@ -369,6 +370,7 @@ def test_a_fault_of_parts_is_named(studio: Any, name: str, fault: str, *, sample
 
 
 @pytest.mark.parametrize("name", TEXTURED)
+@pytest.mark.sweep_except("texture/perspective_floor", "calibration/card")
 def test_a_power_in_the_place_of_srgbs_curve_is_named(studio: Any, name: str) -> None:
     """Of a texture, and of the picture."""
     scene = replace(studio.scene(name), width=64, height=64)

@@ -67,6 +67,7 @@ def verdict(renderer: str, drawn: Scene, meant: Scene, folder: Path) -> str:
 @pytest.mark.parametrize(
     ("name", "renderer"), [*((name, who) for name in NAMES for who in ("inhouse", "mitsuba")), ("maya", "povray")]
 )
+@pytest.mark.sweep_except("blender-mitsuba", "houdini-inhouse", "maya-inhouse", "maya-mitsuba", "maya-povray")
 def test_an_export_is_judged_as_it_is(name: str, renderer: str, exported: Path, tmp_path: Path) -> None:
     scene = taken(exported, name)
     assert np.mean(preview(scene).max(axis=2) > 0.02) > 0.1, "there is something to be seen"

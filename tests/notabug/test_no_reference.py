@@ -66,6 +66,7 @@ def notabug(*words: object, at: Path) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.parametrize("picture", ["black", "noise"])
+@pytest.mark.sweep_except("black")
 def test_judge_and_why_refuse(picture: str, scenes: dict[str, Path], tmp_path: Path) -> None:
     for words in (["judge"], ["why", "--pixel", "3,4"]):
         done = notabug(words[0], scenes[f"{picture}.exr"], "--scene", scenes["wrong"], *words[1:], at=tmp_path)

@@ -109,8 +109,9 @@ class TestNumbers:
         write = (self.EXACT | self.LOSSY)[kind]
         half = desk.right.copy()
         half[:, : WIDTH // 2] = 0.0
-        for name, wrong in (("half black", half), ("shifted", np.roll(desk.right, 4, axis=1))):
-            assert desk.judge(write(desk, wrong)) == 1, name
+        assert desk.judge(write(desk, half)) == 1
+        if kind in ("hdr", "jpeg 60, 4:4:4"):  # the coarsest that is exact, and the coarsest that is lossy
+            assert desk.judge(write(desk, np.roll(desk.right, 4, axis=1))) == 1
 
     def test_eight_bits_that_came_as_float_are_told(self, desk: Any) -> None:
         for name, step in (("8 bits as float", 1 / 255), ("half as float", 2.0**-11)):

@@ -60,7 +60,7 @@ def test_a_damaged_result_is_a_result_or_a_clear_error(data: st.DataObject) -> N
     json.dumps(back.as_dict(), allow_nan=False)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_damaged_run_is_drawn_or_refused(data: st.DataObject, tmp_path: Path) -> None:
     document = {"schema": 1, "tool": {}, "command": [], "seconds": {}, "renderers": {}, "calibration": []}

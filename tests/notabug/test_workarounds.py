@@ -30,7 +30,7 @@ PAPER = {
     *("c1_interpolation", "uv_aware_simplification", "matched_exponent"),
 }
 EVERY = list(workarounds())
-SIDE = 80  # pixels
+SIDE = 64  # pixels
 CHEAP = [x for x in EVERY if x.limits and x.name != "c1_interpolation"]
 OTHERS = {"near_plane": ZBuffer(), "shadow_bias": ZBuffer(name="shadowmap", as_lit=True)}  # not of the tracer
 

@@ -39,6 +39,7 @@ def test_every_page_opens_without_complaint(tab: Any, site: Any) -> None:
 
 @FROM_A_FILE
 @pytest.mark.parametrize("tab", [1280, 390], indirect=True)
+@pytest.mark.sweep_except("390-file")
 def test_nothing_is_wider_than_the_window(tab: Any, site: Any) -> None:
     for page in PAGES:
         tab.open(site.address(page)).wait_for_load_state("load")
@@ -54,6 +55,7 @@ def test_the_width_test_can_fail(tab: Any, site: Any) -> None:
 
 
 @pytest.mark.parametrize("tab", [1280, 390], indirect=True)
+@pytest.mark.sweep_except("1280")
 def test_axe_finds_no_barrier(tab: Any, built: Path) -> None:
     for page in PAGES:
         tab.open(f"{built.as_uri()}/{page}").wait_for_load_state("load")
@@ -128,6 +130,7 @@ def test_every_control_and_picture_has_a_name(tab: Any, site: Any) -> None:
 
 
 @pytest.mark.parametrize("tab", [1280, 390], indirect=True)
+@pytest.mark.sweep_except("390")
 def test_features_of_the_preview_surface_have_a_page(tab: Any, tmp_path: Path) -> None:
     scene = "preview/ior_24"
     (tmp_path / "run").mkdir()
