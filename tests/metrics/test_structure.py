@@ -68,6 +68,6 @@ def test_every_word_that_a_model_may_say_is_a_structure() -> None:
 def test_stripes_may_leave_more_in_shadow_where_few_pixels_tell(side: int, shown: bool) -> None:
     """Seven eighths of 64 pixels are chance, and of 1,024 they are none."""
     tried = trial(PATTERNS["wide stripes"], "stripes")
-    within = (side > ROWS) & (side > COLUMNS)
+    within = np.maximum(ROWS, COLUMNS) < side
     alpha = np.where(within & PATTERNS["wide stripes"], 1.0, 0.0)
     assert STRUCTURES["stripes"].shown(tried, (tried.base, alpha, within, 0.0)) == shown
