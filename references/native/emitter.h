@@ -303,4 +303,10 @@ inline Vec3<T> beam(const Emitter<T>& e, const Vec3<T>& L) {
             left * (e.tint.z + (T(1) - e.tint.z) * focus)};
 }
 
+// What is left of the light that goes along -L: of a dome with a picture what that has there, of any other its beam.
+template <class T>
+inline Vec3<T> shone(const Skies<T>& skies, const Emitter<T>& e, const Vec3<T>& L) {
+    return e.sky >= 0 ? sky(skies, static_cast<int>(e.sky), to_local(e, L)) : beam(e, L);
+}
+
 }  // namespace notabug

@@ -214,11 +214,7 @@ struct Whitted {
                 if (mirrored && option.mirrored_highlight == MirroredHighlight::lost) h = 0;
                 Vec3<T> E = mul(e, light.intensity);
                 if constexpr (F::emitters) {
-                    if (scene.emitter) E = mul(E, beam(scene.emitter[k], to.L));
-                    if (scene.emitter && scene.emitter[k].sky >= 0) {
-                        const Emitter<T>& dome = scene.emitter[k];
-                        E = mul(E, sky(scene.skies, static_cast<int>(dome.sky), to_local(dome, to.L)));
-                    }
+                    if (scene.emitter) E = mul(E, shone(scene.skies, scene.emitter[k], to.L));
                 }
                 const T lambert = std::max(nl, T(0));
                 Vec3<T> diffuse{E.x * colour.x * lambert, E.y * colour.y * lambert, E.z * colour.z * lambert};

@@ -149,6 +149,20 @@ LIGHTS = (
     ),
     feature("light_focus", "Focus multiplies by the cosine to its power.", **beam("float inputs:shaping:focus = 30")),
     feature(
+        "light_link",
+        "A light does not light what its lightLink excludes, and is still blocked by it.",
+        surface=MATT,
+        lights=(*light("rel collection:lightLink:excludes = </Scene/Card>"), CARD),
+        cites=LUX,
+    ),
+    feature(
+        "light_shadow_link",
+        "What a light's shadowLink excludes casts no shadow of it, and is still lit.",
+        surface=MATT,
+        lights=(*light("rel collection:shadowLink:excludes = </Scene/Card>"), CARD),
+        cites=LUX,
+    ),
+    feature(
         "light_diffuse",
         "The diffuse multiplier leaves the highlight as it is.",
         lights=light("float inputs:diffuse = 0.3"),
