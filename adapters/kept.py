@@ -143,7 +143,9 @@ class KeptChild:
         with self.using:
             assert self._process is not None
             assert self._process.stdin is not None
-            self._answers.begin()
+            if unasked := self._answers.begin():  # it is not told the line: this is the answer to another one, or none
+                said = unasked.decode("utf-8", "replace").strip()
+                return Answered(said, Ended(self.command, 0, "", 0.0, ""))
             if limits.cpu:
                 limits = replace(limits, cpu=limits.cpu + self._tree.usage()[1])
             told = True
