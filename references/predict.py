@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
@@ -35,6 +36,7 @@ SOURCE_HASH = "-".join(
 )
 Bools = npt.NDArray[np.bool_]
 
+WORTH_KEEPING = 0.02  # seconds: what takes less to compute is not kept, as its file would save nothing
 CACHE_BYTES = 2 << 30  # the oldest files of a kind go when the cache has grown beyond this
 SWEEPS = ("00", "40", "80", "c0")  # beginnings of the names, one in 64, after which it is looked at
 
@@ -98,8 +100,10 @@ def predict_near(
         return Near(_stored(path), path.stem)
     except (OSError, ValueError, EOFError):
         _forget(path)
+    began = time.perf_counter()
     envelope = _stored_form(trace_changes(configured_scene, options, known.envelope, also, fine))
-    _keep(path, list(envelope.arrays().values()))
+    if time.perf_counter() - began > WORTH_KEEPING:
+        _keep(path, list(envelope.arrays().values()))
     return Near(envelope, path.stem)
 
 
@@ -151,8 +155,10 @@ def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float3
         return _stored_picture(path)
     except (OSError, ValueError, EOFError):
         _forget(path)
+    began = time.perf_counter()
     picture = _single(trace_picture(configured_scene, options, directions=PREVIEW_DIRECTIONS))
-    _keep(path, [picture])
+    if time.perf_counter() - began > WORTH_KEEPING:
+        _keep(path, [picture])
     return picture
 
 
