@@ -18,6 +18,7 @@ from notabug.adapters.textures import same_wraps
 from notabug.scenes_usd.scene import Camera, Scene
 
 DEFAULT_SAMPLES = 16
+LEAST_SIDE = 4  # pixels; Blender draws no fewer, whatever it is asked for
 _SQUARE = 1e-6  # relative deviation from square pixels: one that float32 cannot show
 
 
@@ -69,6 +70,13 @@ class Cycles:
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
         check_supported(self, scene)
         _check_pixels(self.name, scene.camera, scene.width / scene.height)
+        if min(scene.width, scene.height) < LEAST_SIDE:
+            raise UnsupportedError(
+                "a picture that is too small",
+                where=f"adapter {self.name!r}",
+                expected=f"{LEAST_SIDE} pixels along each side, as Blender has them at least",
+                got=f"{scene.width} x {scene.height}",
+            )
         self.find()
         samples = quality.samples or DEFAULT_SAMPLES
         seeds = (quality.seeds or (0,))[: 1 if samples == 1 else None]

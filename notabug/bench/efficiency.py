@@ -147,10 +147,10 @@ def _quality(samples: int, repeat: int) -> Quality:
 
 
 def _start(setting: Setting, repeat: int) -> Cost:
-    """The cost of almost nothing: the same scene at 4 pixels and the fewest samples."""
-    height = max(1, round(2 * setting.scene.height / setting.scene.width))
+    """The cost of almost nothing: the same scene at 16 pixels, the fewest of Blender, and the fewest samples."""
+    height = max(4, round(4 * setting.scene.height / setting.scene.width))
     tiny = replace(
-        setting.scene, width=max(2, round(height * setting.scene.width / setting.scene.height)), height=height
+        setting.scene, width=max(4, round(height * setting.scene.width / setting.scene.height)), height=height
     )
     return render(setting.adapter, tiny, _quality(min(4, setting.samples), repeat))[0]
 

@@ -59,3 +59,11 @@ def test_what_it_cannot_draw_is_named(stage: Any) -> None:
     square = stage.scene([stage.quad()], [stage.distant((0, 0, 1))], stage.camera((0, 0, 5)))
     with pytest.raises(RendererMissingError, match="notabug install cycles"):
         Cycles(python="/bin/false").render(square, stage.out, Quality())
+
+
+def test_a_picture_smaller_than_blenders_is_refused(stage: Any) -> None:
+    for size in ((3, 9), (9, 2)):
+        camera = stage.replace(stage.camera((0, 0, 5)), tan_x=0.5 * size[0] / size[1])
+        scene = stage.scene([stage.quad()], [stage.distant((0, 0, 1))], camera, size=size)
+        with pytest.raises(UnsupportedError, match=r"too small.*expected 4 pixels"):
+            Cycles(python="/bin/false").render(scene, stage.out, Quality())
