@@ -359,8 +359,11 @@ def _feed(state: hashlib.blake2b, value: object) -> None:
         state.update(type(value).__name__.encode())
         for each in fields(value):
             item = getattr(value, each.name)
-            # what came later is left out where it is as it was before, so that digests stay
-            if not isinstance(item, Path) and not ("left out" in each.metadata and each.metadata["left out"] == item):
+            if "left out" in each.metadata:  # what came later, where it is as it was before, so that digests stay
+                if each.metadata["left out"] == item:
+                    continue
+                state.update(each.name.encode())  # else two of them that change places would be taken for one another
+            if not isinstance(item, Path):
                 _feed(state, item)
     else:
         state.update(repr(value).encode())

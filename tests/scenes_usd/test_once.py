@@ -83,3 +83,20 @@ def test_no_look_at_a_scene_holds_it(look: str) -> None:
 def test_scenes_go_to_other_processes_as_before() -> None:
     scene = read_scene("terminator/sphere", {"tessellation": "8x4"})
     assert pickle.loads(pickle.dumps(scene)).digest() == copy(scene).digest() == scene.digest()
+
+
+@pytest.mark.parametrize(
+    ("names", "value"),
+    [(("diffuse", "specular"), 0.5), (("unlit", "unshadowing"), ("/Ball",)), (("shift_x", "shift_y"), 0.1)],
+    ids=lambda found: str(found),
+)
+def test_fields_that_change_places_change_the_digest(names: tuple[str, str], value: Any) -> None:
+    """Half the highlights of a light are not half its diffuse light, though both leave the other field as it was."""
+    scene = read_scene("terminator/sphere")
+    if names[0].startswith("shift"):
+        changed = [replace(scene, camera=replace(scene.camera, **{name: value})) for name in names]
+    else:
+        changed = [
+            replace(scene, lights=(replace(scene.lights[0], **{name: value}), *scene.lights[1:])) for name in names
+        ]
+    assert len({each.digest() for each in (scene, *changed)}) == 3
