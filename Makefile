@@ -8,6 +8,8 @@ PYTHON ?= $(shell for each in python3.11 python3.12 python3.13 python3 python; d
 BIN := .venv/bin
 # Else each of the some hundred processes that the tests start would compile the project's modules anew.
 unexport PYTHONDONTWRITEBYTECODE
+# One more than there are processors: some tests wait for time limits, and for renderers that start.
+WORKERS ?= $(shell echo $$(($$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN) + 1)))
 
 .PHONY: help setup renderers browser run test sweep search lint format bench docs wheel sanitize clean
 
@@ -46,7 +48,7 @@ browser: .venv/installed
 	@test -e .venv/browser || { .ci/browser && touch .venv/browser; } || true
 
 test: setup browser
-	$(BIN)/pytest -n auto --dist worksteal --durations=10 $(ARGS)
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal --durations=10 $(ARGS)
 
 sweep: setup browser
 	$(BIN)/pytest -n auto --dist worksteal -m sweep $(ARGS)
