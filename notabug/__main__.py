@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import sys
 from collections.abc import Sequence
 
 from notabug.ending import exit_state, report_defect
 
 
+ALLOCATED = 50_000
+"""Objects between two searches for cycles of garbage: modules that load make a million, none of which is garbage."""
+
+
 def main() -> None:
     """``notabug.cli``; of a run that is to be long, its workers start to load before the words are understood."""
+    gc.set_threshold(ALLOCATED, *gc.get_threshold()[1:])
     try:
         if _is_long(sys.argv[1:]):
             from notabug.runs.workers import prepare
