@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 from notabug.ending import exit_state, report_defect
 
-
 ALLOCATED = 50_000
 """Objects between two searches for cycles of garbage: modules that load make a million, none of which is garbage."""
 
