@@ -36,7 +36,7 @@ SOURCE_HASH = "-".join(
 )
 Bools = npt.NDArray[np.bool_]
 
-WORTH_KEEPING = 0.02  # seconds: what takes less to compute is not kept, as its file would save nothing
+WORTH_KEEPING = 0.005  # seconds: what takes less to compute is not kept, as its file would save nothing
 CACHE_BYTES = 2 << 30  # the oldest files of a kind go when the cache has grown beyond this
 SWEEPS = ("00", "40", "80", "c0")  # beginnings of the names, one in 64, after which it is looked at
 
