@@ -12,6 +12,7 @@ from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.causes import Cause
 from notabug.metrics.channels import largest
 from notabug.metrics.explain import Explanation
+from notabug.metrics.image_filters import Bools
 from notabug.metrics.lattice import Lattice
 from notabug.metrics.noise import Measured
 from notabug.metrics.policy import POLICY
@@ -79,22 +80,28 @@ class Bug:
         value = self.look.of(base.value)
         return self.misfit_on_lattice(cause.of_values(value)) > FARTHER * self.misfit_on_lattice(value)
 
-    def is_hopeless(self, fault: Model) -> bool:
-        """Whether quick pictures say that ``fault`` leaves most of what is wrong off edges, whatever is beside it.
+    def told(self) -> Bools:
+        """The wrong pixels (rows, columns), on the lattice, of which quick pictures tell; none where they are few.
 
-        What it leaves is counted in pixels, and in what they are off. A fault that some parts of the scene may have and
-        others not leaves the least that it can.
+        What lies at edges, and between the centres of pixels, they do not tell.
         """
         picture, reference = self.measured.mean, self.predict(())
         wrong = self.found.significance.pixels
-        unseen = largest(np.abs(self.preview(()) - reference.value))  # what lies between the centres of pixels
+        unseen = largest(np.abs(self.preview(()) - reference.value))
         told = wrong & ~reference.edge & (unseen < TOLD * largest(np.abs(picture - reference.value)))
-        if np.count_nonzero(told) < LEAST_TOLD * np.count_nonzero(wrong):
-            return False
         at = self.look.of(told)
-        if np.count_nonzero(at) < FEW_TOLD:
+        enough = np.count_nonzero(told) >= LEAST_TOLD * np.count_nonzero(wrong) and np.count_nonzero(at) >= FEW_TOLD
+        return at if enough else np.zeros_like(at)
+
+    def is_hopeless(self, fault: Model, at: Bools) -> bool:
+        """Whether quick pictures say that ``fault`` leaves most of the wrong pixels ``at``, whatever is beside it.
+
+        What it leaves is counted in pixels, and in what they are off. A fault that some parts of the scene may have and
+        others not leaves the least that it can. ``at`` are the pixels ``told``; where there are none, nothing is said.
+        """
+        if not at.any():
             return False
-        picture = self.look.of(picture)[at]
+        picture = self.look.of(self.measured.mean)[at]
         for without, with_fault in self._beside(fault):
             start, end = without[at], with_fault[at]
             moved = end - start

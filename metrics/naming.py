@@ -92,6 +92,7 @@ def possible(faults: Iterable[Model], declaration: Declaration) -> list[Model]:
 def _best_fault(bug: Bug, best: Name | None, faults: Sequence[Model], exact: float) -> Name | None:
     """The best of ``faults`` and the ``best`` so far; they are fitted in the order of what quick pictures leave."""
     found = likely(bug.measured, bug.found, faults, bug.predict, bug.preview, bug.together)
+    told = bug.told()
     ranked: list[tuple[tuple[bool, int, int], float, Model, Iterator[Model]]] = []
     for turn, strengths in enumerate(found):
         first = next(strengths)
@@ -105,7 +106,7 @@ def _best_fault(bug: Bug, best: Name | None, faults: Sequence[Model], exact: flo
             likeness = first_likeness if fault is first else bug.likeness(fault)
             if best is not None and (likeness >= best.prune_bound(exact) or (fault.rule == "any" and best.fits)):
                 continue
-            if not bug.is_hopeless(fault):
+            if not bug.is_hopeless(fault, told):
                 names = (replace(name, preview_misfit=likeness) for name in fitted(bug, fault))
                 best = best_of(best, names, exact, noisy=bug.measured.noisy)
     return best

@@ -140,5 +140,6 @@ def _ray_names(bug: Bug, model: Model, vector: tuple[float, float]) -> Iterator[
     def bordered(chosen: tuple[Model, ...]) -> Admissible:
         return without_border(bug.predict(chosen), mean, *vector)
 
+    likeness = bug.likeness(model)
     for each in fitted(replace(bug, predict=bordered), model):
-        yield replace(each, preview_misfit=bug.likeness(model), numbers=shift_numbers(*vector))
+        yield replace(each, preview_misfit=likeness, numbers=shift_numbers(*vector))
