@@ -89,7 +89,9 @@ class _Reader:
                     attribute,
                     "looked up elsewhere than the material's other maps",
                     expected=f"the coordinates {self.coordinates.name!r}, moved and wrapped alike",
-                    got=repr(coordinates.name),
+                    got=f"{coordinates.name!r}, moved or wrapped otherwise"
+                    if coordinates.name == self.coordinates.name
+                    else repr(coordinates.name),
                     do="use one primvar, one UsdTransform2d and one wrap mode for all maps of a material",
                 )
         except SceneError as error:

@@ -51,6 +51,7 @@ class Topic(StrEnum):
     """What ``notabug list`` lists."""
 
     scenes = "scenes"
+    features = "features"
     renderers = "renderers"
     models = "models"
     variants = "variants"
@@ -75,6 +76,7 @@ class BenchPart(StrEnum):
     """What ``notabug bench generality`` or ``bench faults`` looks at; scenes are a part of both."""
 
     scenes = "scenes"
+    features = "features"
     meshes = "meshes"
     faults = "faults"
     limitations = "limitations"

@@ -107,8 +107,9 @@ def jobs(
     """Every job of ``parts``, in an order that makes any beginning of it a fair sample."""
     count = scenes or (QUICK if quick else SCENES)
     found: list[Job] = []
-    if "scenes" in parts:
-        found += [Job("scenes", seed, index, who, naming, side) for index in range(count)]
+    for part in ("scenes", "features"):
+        if part in parts:
+            found += [Job(part, seed, index, who, naming, side) for index in range(count)]
     if "meshes" in parts:
         from notabug.bench.generality.meshes import mesh_names
 

@@ -7,6 +7,7 @@ meet as often as chance has it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -64,15 +65,21 @@ class Traits:
 
 def traits(seed: int, index: int) -> Traits:
     """The traits of scene ``index`` of ``seed``."""
+    made = dealt(DECKS, seed, index)
+    if not DEGENERATE:
+        made["degenerate"] = "no"
+    return Traits(**made)
+
+
+def dealt(decks: Mapping[str, Mapping[str, int]], seed: int, index: int) -> dict[str, str]:
+    """The card of each of ``decks`` for scene ``index`` of ``seed``."""
     block, place = divmod(index, DECK)
-    dealt = {}
-    for number, (name, weights) in enumerate(DECKS.items()):
+    made = {}
+    for number, (name, weights) in enumerate(decks.items()):
         deck = [card for card, count in weights.items() for _ in range(count)]
         order = np.random.default_rng((seed, 1, block, number)).permutation(DECK)
-        dealt[name] = deck[int(order[place])]
-    if not DEGENERATE:
-        dealt["degenerate"] = "no"
-    return Traits(**dealt)
+        made[name] = deck[int(order[place])]
+    return made
 
 
 def generator(seed: int, index: int) -> np.random.Generator:

@@ -19,12 +19,15 @@ from notabug.adapters.registry import adapter, adapters
 from notabug.bench.generality.decks import traits
 from notabug.bench.generality.draw import write_random_scene
 from notabug.bench.generality.examine import QUALITIES, Record, controls, examine, guarded
+from notabug.bench.generality.features.decks import features
+from notabug.bench.generality.features.draw import write_export
 from notabug.references.cache import cache_root, source_hash
 from notabug.scenes_usd.errors import SelectionError
+from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 
-Part = Literal["scenes", "meshes", "faults", "limitations"]
+Part = Literal["scenes", "features", "meshes", "faults", "limitations"]
 
 
 def as_parts(names: Iterable[str]) -> list[Part]:
@@ -35,6 +38,7 @@ def as_parts(names: Iterable[str]) -> list[Part]:
     return [known[name] for name in names]
 
 
+EXPORT_SIDE = 72  # pixels along the longer side of an export: its own settings ask for a picture to look at
 RENDERERS = ("povray", "mitsuba")  # others by name
 
 
@@ -92,7 +96,7 @@ def folder(who: tuple[str, ...] = ()) -> Path:
 def expose(job: Job) -> list[Record]:
     """The records of ``job``: one for each picture that was judged."""
     with tempfile.TemporaryDirectory(prefix="notabug-") as scratch:
-        if job.part == "scenes":
+        if job.part in ("scenes", "features"):
             return _scene(job, Path(scratch))
         if job.part == "meshes":
             from notabug.bench.generality.meshes import expose_mesh
@@ -109,7 +113,15 @@ def expose(job: Job) -> list[Record]:
 
 def drawn(job: Job, within: Path) -> Scene:
     """The random scene of ``job``, written and read back."""
+    if job.part == "features":
+        scene = take_scene(write_export(job.seed, job.index, within)).scene
+        return sized(scene, job.side or EXPORT_SIDE)
     return sized(read_scene(write_random_scene(job.seed, job.index, within)), job.side)
+
+
+def quality_of(job: Job) -> str:
+    """Of the qualities the one that the scene of ``job`` is drawn with."""
+    return "default" if job.part == "features" else traits(job.seed, job.index).quality
 
 
 def sized(scene: Scene, side: int) -> Scene:
@@ -123,7 +135,7 @@ def sized(scene: Scene, side: int) -> Scene:
 
 
 def _scene(job: Job, within: Path) -> list[Record]:
-    what = traits(job.seed, job.index)
+    what = features(job.seed, job.index) if job.part == "features" else traits(job.seed, job.index)
     about: Record = {"part": job.part, "seed": job.seed, "index": job.index, "traits": what.words()}
     found: list[Scene] = []
 
@@ -135,7 +147,7 @@ def _scene(job: Job, within: Path) -> list[Record]:
     if not found:  # the reader refused what the bench drew inside the contract
         return [{**about, "renderer": "reader", **reading}]
     (scene,) = found
-    quality = QUALITIES[what.quality]
+    quality = QUALITIES[quality_of(job)]
     made = [examine(scene, adapter(name), quality, naming=job.naming) for name in job.renderers]
     made += controls(scene, job.seed)
     return [{**about, "size": [scene.width, scene.height], **each} for each in made]

@@ -37,11 +37,14 @@ class QuickExaminer(Examiner):
         return Shown(scene, judged.verdict, judged.mean, judged.nearest, made[0].samples)
 
 
+REDUCED = ("scenes", "features", "meshes")
+
+
 def write_bugs(records: Sequence[Record], out: Path, note: Note, seconds: float) -> list[Path]:
     """A folder in ``out`` for each bug among ``records`` that should not be there, shrunk for ``seconds`` at most."""
     made = []
     for record in records:
-        if record["word"] != "bug" or record["renderer"] in CONTROLS or record["part"] not in ("scenes", "meshes"):
+        if record["word"] != "bug" or record["renderer"] in CONTROLS or record["part"] not in REDUCED:
             continue
         name = record.get("mesh") or f"{record['seed']}-{record['index']:04}"
         path = out / folder_name(f"{name}-{record['renderer']}")
@@ -88,8 +91,8 @@ def _scene(record: Record, out: Path) -> tuple[Scene, Quality]:
         from notabug.bench.generality.meshes import mesh_scene
 
         return mesh_scene(record["mesh"], out / "whole", record["size"]), QUALITIES["default"]
-    job = Job("scenes", record["seed"], record["index"], (record["renderer"],), side=max(record["size"]))
-    return drawn(job, out / "whole"), QUALITIES[traits(record["seed"], record["index"]).quality]
+    job = Job(record["part"], record["seed"], record["index"], (record["renderer"],), side=max(record["size"]))
+    return drawn(job, out / "whole"), QUALITIES[quality_of(job)]
 
 
 def _pictures(shown: Shown, out: Path, prefix: str = "") -> None:

@@ -27,7 +27,7 @@ def _part(part: str, records: Sequence[Record]) -> Record:
     found["controls_passed"] = [
         each for each in records if each["renderer"] in CONTROLS and each["word"] in ("pass", "limitation")
     ]
-    if part in ("scenes", "meshes", "limitations"):
+    if part in ("scenes", "features", "meshes", "limitations"):
         found["false_bugs"] = [each for each in records if each["word"] == "bug" and each["renderer"] not in CONTROLS]
     if part == "faults":
         shown = [each for each in records if each.get("shows")]
