@@ -55,6 +55,15 @@ class Declaration:
     silhouette : what becomes of an interpolated normal that faces away from the viewer.
     behind_facet : whether a facet is ``lit`` by a light behind its plane that its interpolated normals face and that
         nothing hides, or ``black``. On a closed mesh the mesh itself hides such a light.
+    mapped_away : what becomes of the normal that a normal map says where it faces away from the viewer: it is kept
+        (``keep``), turned about the surface's by half a turn (``flip``), the surface is ``black``, or highlights have
+        it ``raised`` until its mirror image of the view leaves the facet.
+    bump_light : a light behind a surface does not reach a mapped normal that faces it (``cut``), or does (``lit``); or
+        its part falls smoothly by Estevez's function (``softened``), of diffuse light alone (``softened_diffuse``), or
+        by Chiang's (``tamed``).
+    tangents : a normal map's frame is that of each ``triangle``'s dP/du, of tangents ``interpolated`` between corners,
+        or of the gradients of the coordinates (``cotangent``).
+    normal_level : which byte of a normal map is nought: ``127.5``, as scale 2 and bias -1 have it, or ``128``.
     depth : format of the depth buffer; near and far are the camera's. "" where there is none that can show; where it is
         ``unknown`` any of the formats, or rays, may decide which of two near surfaces is seen.
     coincident : which of surfaces in one place is seen, where rounding does not decide: the ``first`` of the scene or
@@ -116,6 +125,10 @@ class Declaration:
     ngon_split: Literal["", "02", "13", "shorter", "fan", "unknown"] = ""
     silhouette: Literal["keep", "flip", "black", "unknown"] = "unknown"
     behind_facet: Literal["lit", "black", "unknown"] = "unknown"
+    mapped_away: Literal["keep", "flip", "black", "raised", "unknown"] = "unknown"
+    bump_light: Literal["cut", "lit", "softened", "softened_diffuse", "tamed", "unknown"] = "unknown"
+    tangents: Literal["triangle", "interpolated", "cotangent", "unknown"] = "unknown"
+    normal_level: Literal["127.5", "128", "unknown"] = "unknown"
     depth: Literal["", "fixed16", "fixed24", "float32", "reversed32", "unknown"] = ""
     coincident: Literal["first", "another", "unknown"] = "first"
     opacity_shadow: Literal["attenuate", "opaque", "unknown"] = "unknown"

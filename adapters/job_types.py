@@ -184,6 +184,7 @@ class MitsubaJob(TypedDict):
     integrator: str
     max_depth: int
     glows: bool  # a surface emits light
+    normal_maps: dict[str, bool]  # settings of ``normalmap``
     looks: dict[str, MitsubaLook]
     camera: MitsubaCamera
     lights: list[PlugIn]

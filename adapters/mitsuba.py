@@ -49,6 +49,11 @@ class Mitsuba:
     variant : of Mitsuba, or "" for the fastest that works here.
     opacity : ``mask`` draws opacity with Mitsuba's own plug-in under ``path``, as its users do; it is then squared
         where nothing lies behind: a defect to be shown. ``scripted``, the BSDF of ``mitsuba_bsdf.py``, has it not.
+    normal_maps : ``plain`` is Mitsuba's ``normalmap`` without its function against the hard terminators of bumps;
+        ``softened`` has that function, as its users do; ``unflipped`` has neither it nor, as before 3.7.1, mapped
+        normals that are turned where they face away from the viewer: the surface is black there.
+    tangents : ``sided`` gives faces with mirrored coordinates a map of their own whose green is turned;
+        ``right_handed`` gives them none: Mitsuba's second tangent is N x T, a defect to be shown.
     python : the interpreter that has mitsuba; by default this one.
     keep_jobs : keep the folder with the job and the arrays of every job.
     edit : what is done to the job and its arrays before Mitsuba reads them: how the generality bench makes its faults.
@@ -57,6 +62,8 @@ class Mitsuba:
     name: str = "mitsuba"
     variant: Literal["", "llvm_ad_rgb", "scalar_rgb"] = ""
     opacity: Literal["scripted", "mask"] = "scripted"
+    normal_maps: Literal["plain", "softened", "unflipped"] = "plain"
+    tangents: Literal["sided", "right_handed"] = "sided"
     python: str = sys.executable
     keep_jobs: bool = False
     edit: Callable[[dict[str, Any], Arrays], object] | None = None
@@ -90,6 +97,10 @@ class Mitsuba:
             ngon_split="02",
             silhouette="flip",
             behind_facet="lit",
+            mapped_away="black" if self.normal_maps == "unflipped" else "flip",
+            bump_light="softened" if self.normal_maps == "softened" else "cut",
+            tangents="triangle",
+            normal_level="127.5",
             opacity_shadow="opaque" if self.opacity == "mask" else "attenuate",
             glass_shadow="opaque",
             total_reflection="transmission",
@@ -114,7 +125,11 @@ class Mitsuba:
         check_supported(self, scene)
         self._version()
         quality = replace(quality, samples=quality.samples or DEFAULT_SAMPLES)
-        document, arrays = job(scene, quality, mask=self.opacity == "mask")
+        document, arrays = job(scene, quality, mask=self.opacity == "mask", sided=self.tangents == "sided")
+        document["normal_maps"] = {
+            "use_shadowing_function": self.normal_maps == "softened",
+            "flip_invalid_normals": self.normal_maps != "unflipped",
+        }
         if self.edit is not None:
             self.edit(cast("dict[str, Any]", document), arrays)
         seeds = document["seeds"]

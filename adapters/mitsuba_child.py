@@ -38,7 +38,7 @@ def main(folder: Path) -> None:
     mitsuba.set_log_level(mitsuba.LogLevel.Warn)
     if job["threads"]:
         drjit.set_thread_count(job["threads"])
-    bsdfs = {name: _bsdf(mitsuba, look, job["textures"], arrays) for name, look in job["looks"].items()}
+    bsdfs = {name: _bsdf(mitsuba, look, job, arrays) for name, look in job["looks"].items()}
     scenes = [_scene(mitsuba, job, arrays, bsdfs, light) for light in job["lights"]]
     if job["glows"]:
         scenes.append(_glowing(mitsuba, job, arrays))
@@ -134,8 +134,9 @@ def _integrator(job: MitsubaJob, light: PlugIn) -> PlugIn:
     return {"type": job["integrator"], "max_depth": job["max_depth"], "rr_depth": 1 << 20, **hidden}
 
 
-def _bsdf(mi: ModuleType, look: MitsubaLook, textures: dict[str, MitsubaTexture], arrays: Arrays) -> mitsuba.BSDF:
+def _bsdf(mi: ModuleType, look: MitsubaLook, job: MitsubaJob, arrays: Arrays) -> mitsuba.BSDF:
     """Mitsuba's own plug-ins where they can say the material, else the scripted one."""
+    textures = job["textures"]
     bitmap = _bitmap(mi, look["texture"], textures, arrays)
     preview = look["preview"]
     if look["scripted"]:
@@ -147,7 +148,7 @@ def _bsdf(mi: ModuleType, look: MitsubaLook, textures: dict[str, MitsubaTexture]
         maps = {name: _bitmap(mi, index, textures, arrays) for name, index in numbers.items()}
         scripted: mitsuba.BSDF = whitted(mi, look, bitmap, maps)
         normals = None if preview is None else _bitmap(mi, preview["normal_map"], textures, arrays)
-        return scripted if normals is None else _mapped(mi, normals, scripted)
+        return scripted if normals is None else _mapped(mi, normals, scripted, job["normal_maps"])
     reflectance = bitmap or {"type": "rgb", "value": look["diffuse"]}
     shown: PlugIn = {"type": "diffuse", "reflectance": reflectance}
     if preview:
@@ -161,12 +162,12 @@ def _bsdf(mi: ModuleType, look: MitsubaLook, textures: dict[str, MitsubaTexture]
     return made
 
 
-def _mapped(mi: ModuleType, normals: PlugIn, surface: mitsuba.BSDF) -> mitsuba.BSDF:
-    """``surface`` with the normal map, without Mitsuba's function against the hard terminators of bumps."""
+def _mapped(mi: ModuleType, normals: PlugIn, surface: mitsuba.BSDF, settings: dict[str, bool]) -> mitsuba.BSDF:
+    """``surface`` with the normal map."""
     told: PlugIn = {"type": "normalmap", "normalmap": normals, "bsdf": surface}
     try:
-        made: mitsuba.BSDF = mi.load_dict({**told, "use_shadowing_function": False})
-    except RuntimeError:  # a version that has no such function
+        made: mitsuba.BSDF = mi.load_dict({**told, **settings})
+    except RuntimeError:  # a version that has no such settings
         made = mi.load_dict(told)
     return made
 

@@ -23,8 +23,9 @@ What Mitsuba does, measured with 3.9.1, and what is written for it:
   the diffuse colour; any other one is the BSDF of ``mitsuba_bsdf.py``, with Mitsuba's own GGX. Its ``principled`` has
   Disney's diffuse lobe, Fresnel's exact factors and F90 = 1 for metal, and cannot say it.
 - A normal map is Mitsuba's ``normalmap`` round that BSDF, without its function against bumps' hard terminators, which
-  darkens ``preview/normal_bumps`` by half a per cent. It takes N x T for the second tangent, whatever side the
-  texture's v grows on, so faces with mirrored coordinates are refused.
+  darkens ``preview/normal_bumps`` by half a per cent and the ridges of ``normal_maps/mirrored_uv`` by a third. It takes
+  N x T for the second tangent, whatever side the texture's v grows on, so faces with mirrored coordinates are a shape
+  of their own, with a map whose green is turned. Mapped normals that face away from the viewer are turned.
 - What surfaces emit is their albedo in a picture of its own (``mitsuba_bsdf.emitting``), which is added.
 - A ``sphere`` has a centre and a radius: only rotated, moved and uniformly scaled ones can be said.
 """
@@ -59,13 +60,15 @@ from notabug.scenes_usd.triangulate import triangulate
 
 DEFAULT_SAMPLES = 16
 BOUNCES = 8  # a path of depth d meets d - 1 surfaces
+MIRRORED = "m"  # what is of faces with mirrored coordinates: at the end of a name
 _SIMILAR = 1e-6  # relative deviation from a similarity, or from square pixels, that float32 cannot show
 
 
-def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[MitsubaJob, Arrays]:
+def job(scene: Scene, quality: Quality, *, mask: bool = False, sided: bool = True) -> tuple[MitsubaJob, Arrays]:
     """The job's JSON document and its arrays; ``quality.samples`` is already the adapter's own choice.
 
-    ``mask`` says opacity with Mitsuba's own plug-in, under ``path``.
+    ``mask`` says opacity with Mitsuba's own plug-in, under ``path``. ``sided``: faces with mirrored coordinates have a
+    normal map of their own.
     """
     arrays: Arrays = {}
     shown = {each.material: scene.materials[each.material] for each in scene.objects}
@@ -80,6 +83,9 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[MitsubaJ
     for each in shown.values():
         _check_opaque(each, follows=follows, glows=glows)
     check_lights(scene, centres=centres, mirrors=sends_on)
+    looks = {str(index): _look(each, follows) for index, each in shown.items()}
+    objects = [part for index in range(len(scene.objects)) for part in _object(scene, index, arrays, sided=sided)]
+    looks |= _mirrored_looks(scene, looks, objects)
     return {
         "width": scene.width,
         "height": scene.height,
@@ -88,12 +94,13 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False) -> tuple[MitsubaJ
         "threads": quality.threads,
         "integrator": "path" if mask or (sends_on and not transparent) else "volpath" if transparent else "direct",
         "max_depth": 3 if mask else BOUNCES + 2,  # a straight passage counts as a bounce under ``path``
-        "looks": {str(index): _look(each, follows) for index, each in shown.items()},
+        "normal_maps": {},
+        "looks": looks,
         "camera": _camera(scene.camera, scene.width / scene.height),
         "glows": glows,
         "lights": [_light(each, scene, arrays) for each in scene.lights],
         "textures": _textures(scene, arrays),
-        "objects": [_object(scene, index, arrays) for index in range(len(scene.objects))],
+        "objects": objects,
     }, arrays
 
 
@@ -204,39 +211,63 @@ def _textures(scene: Scene, arrays: Arrays) -> dict[str, MitsubaTexture]:
         pixels = grown.pixels if grown else scene.textures[index].pixels
         arrays[f"texture{index}"] = ((pixels + 1.0) / 2.0 if index in normals else pixels).astype(np.float32)
         found[str(index)] = {"pixels": f"texture{index}", "wrap": wrap}
+        if index in normals:  # 1 - green: for faces with mirrored coordinates
+            other = _mirrored_map(scene, index)
+            arrays[f"texture{other}"] = np.abs(arrays[f"texture{index}"] - np.float32([0.0, 1.0, 0.0]))
+            found[str(other)] = {"pixels": f"texture{other}", "wrap": wrap}
     return found
 
 
-def _object(scene: Scene, index: int, arrays: Arrays) -> MitsubaShape:
+def _mirrored_map(scene: Scene, index: int) -> int:
+    """The number of the normal map ``index`` with its green turned, among the job's textures."""
+    return len(scene.textures) + index
+
+
+def _object(scene: Scene, index: int, arrays: Arrays, *, sided: bool) -> list[MitsubaShape]:
+    """The shapes of an object: two where a normal map is on faces with mirrored coordinates and on others."""
     each = scene.objects[index]
     material = scene.materials[each.material]
     look = str(each.material)
     if isinstance(each, Sphere):
         centre, radius = centre_and_radius(each)
-        return {"kind": "sphere", "look": look, "centre": centre, "radius": radius}
-    corner = triangulate(each, "02").corner.ravel()
-    parts: Arrays = {"points": each.points[each.corners[corner]]}
-    if each.normals is not None:
-        parts["normals"] = each.normals[corner]
+        return [{"kind": "sphere", "look": look, "centre": centre, "radius": radius}]
+    corner = triangulate(each, "02").corner
+    uv: npt.NDArray[np.float64] | None = None
     if each.uv is not None and material.textures:
         grown = _wrapping(scene, min(material.textures))[1]
-        uv = (each.uv * grown.a + grown.b if grown else each.uv)[corner]
-        if material.preview is not None and material.preview.normal_map >= 0:
-            _check_unmirrored(uv, each.path)
-        parts["uv"] = np.stack([uv[:, 0], 1.0 - uv[:, 1]], axis=1)
-    arrays |= {f"{part}{index}": np.ascontiguousarray(array, np.float32) for part, array in parts.items()}
-    return cast(MitsubaShape, {"kind": "mesh", "look": look, **{part: f"{part}{index}" for part in parts}})
+        uv = each.uv * grown.a + grown.b if grown else each.uv
+    mirrored = np.zeros(len(corner), np.bool_)
+    if sided and uv is not None and material.preview is not None and material.preview.normal_map >= 0:
+        mirrored = _mirrored(uv[corner])
+    made: list[MitsubaShape] = []
+    for name, chosen in (("", ~mirrored), (MIRRORED, mirrored)):
+        if not chosen.any() and (name or len(corner)):
+            continue
+        kept = corner[chosen].ravel()
+        parts: Arrays = {"points": each.points[each.corners[kept]]}
+        if each.normals is not None:
+            parts["normals"] = each.normals[kept]
+        if uv is not None:
+            parts["uv"] = np.stack([uv[kept, 0], 1.0 - uv[kept, 1]], axis=1)
+        called = {part: f"{part}{index}{name}" for part in parts}
+        arrays |= {called[part]: np.ascontiguousarray(array, np.float32) for part, array in parts.items()}
+        made.append(cast(MitsubaShape, {"kind": "mesh", "look": look + name, **called}))
+    return made
 
 
-def _check_unmirrored(uv: npt.NDArray[np.float64], path: str) -> None:
-    """Raise UnsupportedError where texture coordinates (3 n, 2) run clockwise round a triangle."""
-    first, second, third = uv.reshape(-1, 3, 2).transpose(1, 0, 2)
+def _mirrored(uv: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """Of each triangle (t, 3, 2) whether texture coordinates run round it the other way than its corners."""
+    first, second, third = uv.transpose(1, 0, 2)
     one, other = second - first, third - first
-    mirrored = int((one[:, 0] * other[:, 1] < one[:, 1] * other[:, 0]).sum())
-    if mirrored:
-        raise UnsupportedError(
-            "Mitsuba's normalmap takes no side for the second tangent",
-            where=path,
-            expected="coordinates that run round each face as its corners do",
-            got=f"{mirrored} mirrored triangles",
-        )
+    return np.asarray(one[:, 0] * other[:, 1] < one[:, 1] * other[:, 0])
+
+
+def _mirrored_looks(scene: Scene, looks: dict[str, MitsubaLook], objects: list[MitsubaShape]) -> dict[str, MitsubaLook]:
+    """The looks of faces with mirrored coordinates: those of ``looks`` with a normal map whose green is turned."""
+    made: dict[str, MitsubaLook] = {}
+    for name in {each["look"] for each in objects if each["look"].endswith(MIRRORED)}:
+        look = looks[name.removesuffix(MIRRORED)]
+        assert look["preview"] is not None
+        turned = _mirrored_map(scene, look["preview"]["normal_map"])
+        made[name] = {**look, "preview": {**look["preview"], "normal_map": turned}}
+    return made

@@ -37,6 +37,9 @@ ELSEWHERE = {
     "shadow_map_acne": "three.js and Panda3D without a bias; no renderer here is asked for shadow maps",
     "shadow_map_steps": "every renderer with shadow maps, three.js, pygfx and Filament among them; as above",
     "shadow_map_detached": "three.js with the bias that its manual advises; as above",
+    "mapped_normal_black": "Mitsuba before 3.7.1, and pbrt-v4; Mitsuba turns such normals since",
+    "bump_light_leak": "three.js and Filament, which have no such maps here yet",
+    "bump_terminator_softened": "Mitsuba and Cycles by default; Mitsuba's adapter asks for none of it",
     "flat_interpolation": "VTK draws flat facets when asked to; here normals are exported to every renderer",
 }
 

@@ -175,6 +175,14 @@ ELSEWHERE = (
         "name",
     ),
     Elsewhere(
+        "references.models.normal_maps.ON_BYTES",
+        "Models",
+        "of a normal's components",
+        "a map within it of what bytes say may have been read with 128 as nought",
+        "convention: rounding of float32, twice over",
+        "word",
+    ),
+    Elsewhere(
         "references.models.visibility.STEPS",
         "Models",
         "steps of a depth buffer",

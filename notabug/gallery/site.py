@@ -112,6 +112,7 @@ def _pages(
         "kinds": kinds,
         "shown_kinds": [each for each in kinds if each.id != CALIBRATION],
         "all_kinds": sum(each.id != CALIBRATION for each in taxonomy()),
+        "spelled": _spelled(sum(each.id != CALIBRATION for each in taxonomy())),
         "runs": runs,
         "renderers": renderers,
         "has_trend": bool(found),
@@ -248,3 +249,9 @@ def _plain(text: str) -> str:
 
 def _json(value: object) -> str:
     return json.dumps(value, separators=(",", ":"))
+
+
+def _spelled(count: int) -> str:
+    """A small number as the first word of a sentence."""
+    words = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten", "Eleven", "Twelve")
+    return words[count] if count < len(words) else str(count)

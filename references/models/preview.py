@@ -80,33 +80,6 @@ def _lobes(found: list[Preview]) -> Iterator[Model]:
 
 
 def _maps(scene: Scene, found: list[Preview]) -> Iterator[Model]:
-    if any(each.normal_map >= 0 for each in found):
-        for name, claim, factors in (
-            ("normal_green_flipped", "the normal map's green channel is read upside down", (1.0, -1.0, 1.0)),
-            ("normal_map_ignored", "the normal map is ignored", (0.0, 0.0, 1.0)),
-        ):
-            yield Model(
-                name=name,
-                kind="fault",
-                claim=claim,
-                cites=f"{_SPECIFICATION}: normal",
-                edit=lambda scene, factors=factors: _edit_maps(  # type: ignore[misc]
-                    scene,
-                    {material.preview.normal_map for material in scene.materials if material.preview},
-                    _times(factors),
-                ),
-            )
-        yield Model(
-            name="normal_unscaled",
-            kind="fault",
-            claim="the normal map is used from 0 to 1, without scale 2 and bias -1",
-            cites=f"{_SPECIFICATION}: normal; UsdUVTexture: scale, bias",
-            edit=lambda scene: _edit_maps(
-                scene,
-                {material.preview.normal_map for material in scene.materials if material.preview},
-                lambda each: replace(each, pixels=(each.pixels + 1.0) / 2.0),
-            ),
-        )
     numbers = {k for each in found for k in (each.roughness_map, each.metallic_map)} - {-1}
     if any(scene.textures[k].colour_space == "raw" for k in numbers):
         from notabug.scenes_usd.srgb import decode_srgb
@@ -157,10 +130,6 @@ def _powered_maps(power: float) -> Callable[[Scene], Scene]:
         {material.preview.roughness_map for material in scene.materials if material.preview},
         lambda each: replace(each, pixels=each.pixels**power),
     )
-
-
-def _times(factors: tuple[float, float, float]) -> Callable[[Texture], Texture]:
-    return lambda each: replace(each, pixels=each.pixels * factors)
 
 
 def _edit_maps(scene: Scene, which: set[int], change: Callable[[Texture], Texture]) -> Scene:

@@ -139,6 +139,11 @@ Scene<T> scene_of(const py::handle& flat) {
         scene.previews.maps = field_of<std::int32_t, PreviewMaps>(previews, "maps", materials.count);
         if (flat.attr("secondary").is_none()) throw py::value_error("previews: expected coefficients beside them");
     }
+    if (const py::object tangents = flat.attr("tangents"); !tangents.is_none()) {
+        const auto found = rows<T, Vec3<T>>(tangents, "tangents");
+        if (found.count != normals.count) throw py::value_error("tangents: not as many as there are normals");
+        scene.tangent = found.data;
+    }
     if (const py::object secondary = flat.attr("secondary"); !secondary.is_none())
         scene.secondary = field_of<T, Coefficients<T>>(secondary, "coefficients", materials.count);
     return scene;

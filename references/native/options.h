@@ -19,6 +19,9 @@ enum class Texels { bilinear, nearest };
 enum class Start { exact, none, absolute, relative, error_bound };
 enum class Falloff { square, linear, none };
 enum class ShadowRays { bounded, unbounded, culled };
+enum class MappedAway { keep, flip, black, raised };
+enum class BumpLight { cut, lit, softened, softened_diffuse, tamed };
+enum class Tangents { triangle, interpolated, cotangent, right_handed, world };
 enum class ShadowMap { none, acne, dark_edge, detached, lit_edge, reversed, moved };
 
 struct Options {
@@ -57,6 +60,10 @@ struct Options {
     int bounces = 8;
     bool counted_passages = false;
     Texels texels = Texels::bilinear;
+    MappedAway mapped_away = MappedAway::keep;
+    BumpLight bump_light = BumpLight::cut;
+    Tangents tangents = Tangents::triangle;
+    bool raw_mapped = false;
     ShadowMap shadow_map = ShadowMap::none;
     std::int64_t map_lights = -1;  // one bit for each light
     double map_width = 1.0;

@@ -30,33 +30,6 @@ inline PreviewSurface<T> preview_at(const Scene<T>& scene, int material, T u, T 
     return made;
 }
 
-// The normal that shades where `N` is the surface's: that of the material's map, in the frame of the triangle's dP/du,
-// dP/dv and N. T is square to N, and B to both, on the side of dP/dv: so it is where coordinates are mirrored, too.
-template <class T>
-inline Vec3<T> mapped_normal(const Scene<T>& scene, int material, int triangle, T u, T v, const Vec3<T>& N,
-                             Texels texels) {
-    const std::int32_t map = scene.previews.maps[material].normal;
-    if (map < 0 || triangle < 0 || !scene.textures.info) return N;
-    const Triangle<T>& p = scene.points[triangle];
-    const Corners& c = scene.corner[triangle];
-    const T* uv = scene.uv;
-    const T u1 = uv[2 * c.b] - uv[2 * c.a], v1 = uv[2 * c.b + 1] - uv[2 * c.a + 1];
-    const T u2 = uv[2 * c.c] - uv[2 * c.a], v2 = uv[2 * c.c + 1] - uv[2 * c.a + 1];
-    const T area = u1 * v2 - u2 * v1, sign = area < 0 ? T(-1) : T(1);
-    const Vec3<T> e1 = p.b - p.a, e2 = p.c - p.a;
-    const Vec3<T> along = sign * (v2 * e1 - v1 * e2), up = sign * (u1 * e2 - u2 * e1);  // times |area|
-    Vec3<T> tangent = along - dot(along, N) * N;
-    const T size = length(tangent);
-    if (!(size > 0) || area == 0) return N;  // no coordinates run along the surface
-    tangent = tangent / size;
-    Vec3<T> across = cross(N, tangent);
-    if (dot(across, up) < 0) across = -across;
-    const Vec3<T> said = texel(scene.textures, map, u, v, texels);
-    const Vec3<T> turned = said.x * tangent + said.y * across + said.z * N;
-    const T reach = length(turned);
-    return reach > 0 ? turned / reach : N;
-}
-
 // D G N.L / (4 N.L N.V) times pi, of unit vectors; `steep` is |N x H|, which 1 - N.H cancels in.
 template <class T>
 inline T ggx(T roughness, Masking masking, T nl, T nv, T nh, T steep) {

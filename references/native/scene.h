@@ -215,6 +215,7 @@ struct Scene {
     Lobes<T> lobes;
     const Coefficients<T>* secondary = nullptr;  // of each material, where any sends rays on
     Previews<T> previews;                        // of each material, where any is such a surface
+    const Vec3<T>* tangent = nullptr;            // of each face corner, where any surface has a normal map
 };
 
 // What a scene has, known when this is compiled: what it lacks then costs nothing.

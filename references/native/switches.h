@@ -46,6 +46,12 @@ inline Options options_of(const py::handle& from) {
     to.bounces = from.attr("bounces").cast<int>();
     to.counted_passages = from.attr("counted_passages").cast<bool>();
     to.texels = choice<Texels, 2>(from, "texels", {"bilinear", "nearest"});
+    to.mapped_away = choice<MappedAway, 4>(from, "mapped_away", {"keep", "flip", "black", "raised"});
+    to.bump_light =
+        choice<BumpLight, 5>(from, "bump_light", {"cut", "lit", "softened", "softened_diffuse", "tamed"});
+    to.tangents = choice<Tangents, 5>(
+        from, "tangents", {"triangle", "interpolated", "cotangent", "right_handed", "world"});
+    to.raw_mapped = from.attr("raw_mapped").cast<bool>();
     to.shadow_map = choice<ShadowMap, 7>(
         from, "shadow_map", {"none", "acne", "dark_edge", "detached", "lit_edge", "reversed", "moved"});
     to.map_lights = from.attr("map_lights").cast<std::int64_t>();

@@ -2,6 +2,7 @@
 // shaded display", CACM 23(6)) as a stack of rays that wait.
 #pragma once
 
+#include "normal_map.h"
 #include "shadow_map.h"
 #include "spread.h"
 #include "surface.h"
@@ -112,7 +113,7 @@ struct Whitted {
         T part = 1;
         PreviewSurface<T> preview{}, softest{};  // no such surface
         [[maybe_unused]] bool shadowed = false, lighted = false;  // of the light's directions any
-        [[maybe_unused]] Vec3<T> bumped = N;
+        [[maybe_unused]] Bump<T> bump{N, N};
         if constexpr (F::previews) {
             if (scene.previews.surface && scene.previews.surface[material].workflow != 0) {
                 preview = preview_at(scene, material, s.u, s.v, option.texels);
@@ -122,7 +123,8 @@ struct Whitted {
                     softest.roughness = std::max(preview.roughness, std::sqrt(static_cast<T>(sharpest)));
                     softest.clearcoat_roughness = std::max(preview.clearcoat_roughness, std::sqrt(static_cast<T>(sharpest)));
                 }
-                bumped = mapped_normal(scene, material, hit.triangle, s.u, s.v, N, option.texels);
+                bump = bump_at(scene, option,
+                               {material, hit.triangle, s.weights, s.u, s.v, s.side, N, s.side * g, V});
             }
         }
         const int count = static_cast<int>(scene.lights);
@@ -147,7 +149,8 @@ struct Whitted {
                         record.light(k, to.distance, gl * s.side, nl, (to.falloff / counts.told) * light.intensity,
                                      part * counts.told);
                 }
-                if (nl <= 0 && !(option.uncut && scene.lobes.kind)) return;
+                const bool behind_bump = nl <= 0 && bump.mapped && option.bump_light == BumpLight::lit && !gouraud;
+                if (nl <= 0 && !(option.uncut && scene.lobes.kind) && !behind_bump) return;
                 // a highlight ends abruptly where N.L = 0; diffuse light does not
                 if (!sized() && scene.lobes.kind && !gouraud) lit.facing |= std::uint64_t(1) << (k & 63);
                 const T steep = std::abs(gl);
@@ -156,7 +159,7 @@ struct Whitted {
                 Vec3<T> share{1, 1, 1};
                 if (dark) {
                     share = {0, 0, 0};
-                } else if (shadows && nl > 0) {
+                } else if (shadows && (nl > 0 || behind_bump)) {
                     // behind, an uncut highlight belongs to a shader without shadows
                     T begin = start.clear;
                     if (option.ties != Ties::nearest)  // what coincides with this surface does not shadow it
@@ -167,7 +170,7 @@ struct Whitted {
                     const T beside = outside > 0 ? start.beside : -start.beside;
                     // from inside a ball its other side is met
                     const int ball = outside > 0 && s.side > 0 && exact ? hit.sphere : -1;
-                    const int forgive = option.shadows == Shadows::forgiving ? (here ? 1 : 2) : 0;
+                    const int forgive = option.shadows == Shadows::forgiving && !behind_bump ? (here ? 1 : 2) : 0;
                     const ShadowRay<T> shadow{{leave + beside * g + lift * N, aim.L},
                                               begin,
                                               aim.end,
@@ -221,8 +224,11 @@ struct Whitted {
                 Vec3<T> specular{0, 0, 0};
                 if constexpr (F::previews) {
                     if (preview.workflow != 0) {
-                        const Reflected<T> part_of = reflected(sized() ? softest : preview, colour, gouraud ? N : bumped,
-                                                                  to.L, wrong ? primary_view : V);
+                        const PreviewSurface<T>& look_of = sized() ? softest : preview;
+                        const Vec3<T>& view = wrong ? primary_view : V;
+                        const Reflected<T> part_of =
+                            gouraud ? reflected(look_of, colour, N, to.L, view)
+                                    : reflected_bump(option, look_of, colour, bump, N, to.L, view);
                         diffuse = mul(E, mul(colour, part_of.diffuse));
                         if (!mirrored || option.mirrored_highlight != MirroredHighlight::lost)
                             specular = mul(E, part_of.specular);
@@ -252,7 +258,7 @@ struct Whitted {
                         const bool wrong = from.generation >= passages &&
                                            option.mirrored_highlight == MirroredHighlight::primary;
                         const Vec3<T>& view = wrong ? primary_view : V;
-                        const Vec3<T>& glossy = gouraud || preview.workflow == 0 ? N : bumped;
+                        const Vec3<T>& glossy = gouraud || preview.workflow == 0 ? N : bump.normal;
                         const bool bounded = option.shadow_rays != ShadowRays::unbounded;
                         const auto along = [&](const Aim<T>& aim, T weight, const Counted<T>& counts) {
                             const T end = bounded ? aim.distance : infinity<T>;

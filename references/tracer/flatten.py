@@ -15,6 +15,7 @@ import numpy.typing as npt
 from notabug.references.tracer import bvh
 from notabug.references.tracer.emitters import emitters
 from notabug.references.tracer.skies import Skies, skies
+from notabug.references.tracer.tangents import scene_tangents
 from notabug.scenes_usd.faces import patches, shapes
 from notabug.scenes_usd.scene import Light, Mesh, Object, Preview, Scene
 from notabug.scenes_usd.triangulate import Triangles, triangulate
@@ -101,6 +102,7 @@ class Flat(NamedTuple):
     lobes: Lobes | None
     secondary: Secondary | None
     previews: Previews | None
+    tangents: Array | None  # (c, 3) where any surface has a normal map
 
 
 def sagitta(points: npt.NDArray[np.float64], normals: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -203,6 +205,7 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
     materials = scene.materials
     reach = [geometry.pop("reach")] + [np.abs(each.to_world[:3]).sum() * each.radius for each in scene.spheres]
     reach += [np.abs(each.to_world[3, :3]).max() for each in scene.spheres]
+    tangents = scene_tangents(scene)
     return Flat(
         **geometry,
         material=np.array([each.material for each in scene.objects], np.int32),
@@ -219,6 +222,7 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
         lobes=_lobes(scene, real),
         secondary=_secondary(scene, real),
         previews=_previews(scene, real),
+        tangents=None if tangents is None else real(tangents),
     )
 
 

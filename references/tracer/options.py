@@ -59,6 +59,16 @@ class Options:
         multiplies with coordinates and distance.
     refine : the ray is shot back at the facet's plane to correct the hit (Woo, Pearce and Ouellette 1996).
     offset : shadow rays of smooth meshes start this many sagittas outside the facet (Snyder and Barr 1987).
+    mapped_away : where a mapped normal faces away from the viewer it is kept, and no facet reflects; it is turned about
+        the surface's normal by half a turn (``flip``); the surface is ``black``; or highlights have it ``raised`` until
+        its mirror image of the view leaves the facet.
+    bump_light : a light behind the surface's normal does not reach a mapped normal that faces it (``cut``), or does
+        where nothing is in its way (``lit``). Or the cut comes gradually: light is ``softened`` by Estevez's function,
+        or that of the diffuse part alone (``softened_diffuse``), or ``tamed`` by Chiang's.
+    tangents : a normal map's frame is that of each ``triangle``'s dP/du; that of tangents at the corners,
+        ``interpolated``; or that of the coordinates' gradients, not square to each other (``cotangent``). Two faults:
+        the second tangent is N x T, whatever side coordinates grow on (``right_handed``); the map is taken for vectors
+        in ``world`` space. raw_mapped : a third: mapped normals are not normalised.
     shadow_map : what a shadow map, in the place of shadow rays, may do to the lights ``map_lights`` (one bit for each,
         -1 for all): it loses them on a surface that it holds against itself (``acne``) or against something else beside
         the point (``dark_edge``), lets them through where what is in the way is nearer than the bias (``detached``) or
@@ -105,6 +115,10 @@ class Options:
     bounces: int = 8
     counted_passages: bool = False
     texels: Literal["bilinear", "nearest"] = "bilinear"
+    mapped_away: Literal["keep", "flip", "black", "raised"] = "keep"
+    bump_light: Literal["cut", "lit", "softened", "softened_diffuse", "tamed"] = "cut"
+    tangents: Literal["triangle", "interpolated", "cotangent", "right_handed", "world"] = "triangle"
+    raw_mapped: bool = False
     shadow_map: Literal["none", "acne", "dark_edge", "detached", "lit_edge", "reversed", "moved"] = "none"
     map_lights: int = -1
     map_width: float = 1.0

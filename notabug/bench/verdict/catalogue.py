@@ -165,6 +165,15 @@ FAULTS = (
     Fault("texture_encoded", "texture"),
     Fault("texture_channels_swapped", "texture", names=frozenset({"texture_channels_swapped", "channels_swapped"})),
     Fault("texture_wrap", "texture", stage="tiled"),
+    # normal maps
+    Fault("tangent_handedness", "normal maps"),
+    Fault("normal_map_in_world_space", "normal maps"),
+    Fault("normal_map_as_srgb", "normal maps"),
+    Fault("normal_unscaled", "normal maps"),
+    Fault("normal_green_flipped", "normal maps"),
+    Fault("normal_red_flipped", "normal maps"),
+    Fault("normal_map_ignored", "normal maps"),
+    Fault("mapped_normal_not_normalised", "normal maps"),
     # camera
     Fault("field_of_view", "camera", (1.002, 1.01, 1.1)),
     Fault("field_of_view_axis", "camera", stage="wide"),
@@ -203,6 +212,9 @@ LIMITATIONS = (
     Limitation("lobe_normalised_n2", "phong"),
     Limitation("lobe_normalised_n8", "phong"),
     Limitation("highlight_cosine", "separation"),
+    Limitation("mapped_normal_black", "normal maps"),
+    Limitation("bump_light_leak", "normal maps"),
+    Limitation("bump_terminator_softened", "normal maps"),
     Limitation("acne", "acne"),
     Limitation("coincident_surfaces", "visibility"),
 )

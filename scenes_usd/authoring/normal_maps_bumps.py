@@ -1,0 +1,81 @@
+"""normal_maps/bumps: steep bumps under a low light and a low camera, on a level strip and on one that faces away."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from notabug.scenes_usd.authoring.normal_maps import CITES, Floats, encoded, mapped, places
+from notabug.scenes_usd.authoring.png import png
+from notabug.scenes_usd.authoring.stage import (
+    Row,
+    as_float32,
+    camera,
+    distant_light,
+    looking,
+    materials,
+    mesh,
+    selected,
+    stage,
+    variant_set,
+)
+
+CARD = {
+    "class": "normal_maps",
+    "claim": (
+        "Mapped normals of bumps on a flat strip face away from a low camera; on a strip that is turned away from the "
+        "light some face the light. Light from below a surface does not reach its bumps, so the far strip is black; a "
+        "bump whose normal faces away from the camera is lit as its normal says, and no facet of it reflects."
+    ),
+    "cites": CITES,
+}
+TEXELS = 64
+WIDE = (160, 80)
+RADIUS = 0.42  # of a bump, in cells of the map
+STEEPEST = 62.0  # degrees that its normals lean at its foot
+ELEVATION = 16.0  # degrees of the light above the near strip
+FILE = "./textures/bumps.png"
+
+
+def files() -> dict[str, bytes]:
+    """The scene's files by their path below scenes_usd."""
+    down = math.radians(ELEVATION)
+    cameras = {"low": _seen(18.0), "high": _seen(40.0)}
+    parts = [
+        distant_light(looking((math.cos(down), -math.sin(down), -0.12)), 4.0),
+        materials(mapped("Bumps", FILE, (0.75, 0.5, 0.3), roughness=0.45)),
+        _strip("Near", 0.0, (0.04, 1.04)),
+        _strip("Far", 24.0, (-1.04, -0.04)),
+        variant_set("camera", cameras),
+    ]
+    return {
+        "normal_maps/textures/bumps.png": png(encoded(bumps(TEXELS))),
+        "normal_maps/bumps.usda": stage(CARD, parts, metadata=selected(camera="low"), size=WIDE),
+    }
+
+
+def _seen(elevation: float) -> str:
+    """The camera at ``elevation`` degrees, 4.4 away from the middle of both strips, looking there."""
+    angle = math.radians(elevation)
+    eye = (0.0, 4.4 * math.sin(angle), 4.4 * math.cos(angle))
+    return camera(eye, (-elevation, 0.0, 0.0), 0.3, (0.1, 100.0), aspect=WIDE[0] / WIDE[1])
+
+
+def _strip(name: str, turn: float, z: tuple[float, float]) -> str:
+    """A rectangle between two z, turned about the z axis towards +x by ``turn`` degrees: 4 by 2 cells."""
+    angle = math.radians(turn)
+    x, y = math.cos(angle), -math.sin(angle)
+    points: list[Row] = [(-x, -y, z[1]), (x, y, z[1]), (x, y, z[0]), (-x, -y, z[0])]
+    uv: list[Row] = [(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (0.0, 2.0)]
+    return mesh(name, as_float32(points), [(0, 1, 2), (0, 2, 3)], material="Bumps", uv=uv)
+
+
+def bumps(size: int) -> Floats:
+    """Normals (size, size, 3) of a round bump: level in its middle and beside it, steepest at half its radius."""
+    u, v = places(size)
+    x, y = u - 0.5, v - 0.5
+    r = np.hypot(x, y)
+    lean = math.tan(math.radians(STEEPEST)) * np.sin(np.pi * np.clip(r / RADIUS, 0.0, 1.0))
+    along = np.where(r > 0, 1.0 / np.maximum(r, 1e-12), 0.0)
+    return np.stack([lean * x * along, lean * y * along, np.ones_like(r)], axis=2)
