@@ -152,6 +152,14 @@ def _frames(meshes: list[Mesh]) -> Iterator[Model]:
         yield Model(
             name=name, kind="convention", claim=claim, cites=cites, options={"tangents": way}, when=("tangents", way)
         )
+    yield Model(
+        name="bumps_behind",
+        kind="convention",
+        claim="from behind only the surface's normal is turned to the viewer: a bump is one from both sides",
+        cites="OpenUSD, previewSurface.glslfx with a frame of screen-space gradients; the reference turns the whole mapped "
+        "normal, so that a bump is a dent from behind, as Cycles, Filament, Mitsuba, pbrt-v4 and three.js do",
+        options={"bumps_behind": True},
+    )
     if any(mirrored(each).any() for each in meshes):
         yield Model(
             name="tangent_handedness",

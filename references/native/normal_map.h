@@ -87,7 +87,9 @@ inline Bump<T> bump_at(const Scene<T>& scene, const Options& option, const MapPo
     if (option.tangents != Tangents::world) {
         Vec3<T> tangent, across;
         if (!tangents(scene, option, at, tangent, across)) return made;
-        turned = said.x * tangent + said.y * across + said.z * at.N;
+        // a bump is a dent from behind: there the whole mapped normal turns round, and not N alone
+        const T side = option.bumps_behind ? T(1) : at.side;
+        turned = (side * said.x) * tangent + (side * said.y) * across + said.z * at.N;
     }
     const T reach = length(turned);
     if (!(reach > 0)) return made;

@@ -64,6 +64,7 @@ struct Options {
     BumpLight bump_light = BumpLight::cut;
     Tangents tangents = Tangents::triangle;
     bool raw_mapped = false;
+    bool bumps_behind = false;  // what is a bump from the front is one from behind, too
     ShadowMap shadow_map = ShadowMap::none;
     std::int64_t map_lights = -1;  // one bit for each light
     double map_width = 1.0;

@@ -52,6 +52,7 @@ inline Options options_of(const py::handle& from) {
     to.tangents = choice<Tangents, 5>(
         from, "tangents", {"triangle", "interpolated", "cotangent", "right_handed", "world"});
     to.raw_mapped = from.attr("raw_mapped").cast<bool>();
+    to.bumps_behind = from.attr("bumps_behind").cast<bool>();
     to.shadow_map = choice<ShadowMap, 7>(
         from, "shadow_map", {"none", "acne", "dark_edge", "detached", "lit_edge", "reversed", "moved"});
     to.map_lights = from.attr("map_lights").cast<std::int64_t>();

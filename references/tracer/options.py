@@ -69,6 +69,7 @@ class Options:
         ``interpolated``; or that of the coordinates' gradients, not square to each other (``cotangent``). Two faults:
         the second tangent is N x T, whatever side coordinates grow on (``right_handed``); the map is taken for vectors
         in ``world`` space. raw_mapped : a third: mapped normals are not normalised.
+        bumps_behind : from behind N alone is turned to the viewer, so that a bump is one from both sides.
     shadow_map : what a shadow map, in the place of shadow rays, may do to the lights ``map_lights`` (one bit for each,
         -1 for all): it loses them on a surface that it holds against itself (``acne``) or against something else beside
         the point (``dark_edge``), lets them through where what is in the way is nearer than the bias (``detached``) or
@@ -119,6 +120,7 @@ class Options:
     bump_light: Literal["cut", "lit", "softened", "softened_diffuse", "tamed"] = "cut"
     tangents: Literal["triangle", "interpolated", "cotangent", "right_handed", "world"] = "triangle"
     raw_mapped: bool = False
+    bumps_behind: bool = False
     shadow_map: Literal["none", "acne", "dark_edge", "detached", "lit_edge", "reversed", "moved"] = "none"
     map_lights: int = -1
     map_width: float = 1.0
