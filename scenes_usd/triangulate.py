@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from functools import partial
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from notabug.scenes_usd import ears
 from notabug.scenes_usd.faces import FLAT, flattened, local_points, rounding, shapes, slack
+from notabug.scenes_usd.once import once
 from notabug.scenes_usd.scene import Floats, Ints, Mesh
 
 Diagonal = Literal["02", "13", "shorter", "fan"]
@@ -60,7 +62,14 @@ def triangulate(mesh: Mesh, diagonal: Diagonal = "02") -> Triangles:
 
 
 def split_ngons(mesh: Mesh, diagonal: Diagonal) -> Mesh:
-    """The mesh as a renderer sees it whose importer cuts n-gons: triangles only, normals and uv linear in each."""
+    """The mesh as a renderer sees it whose importer cuts n-gons: triangles only, normals and uv linear in each.
+
+    Of one mesh it is one mesh, however often it is asked for.
+    """
+    return _SPLIT[diagonal](mesh)
+
+
+def _split(mesh: Mesh, diagonal: Diagonal) -> Mesh:
     cut = triangulate(mesh, diagonal)
     flat = cut.corner.ravel()
     return replace(
@@ -70,6 +79,9 @@ def split_ngons(mesh: Mesh, diagonal: Diagonal) -> Mesh:
         normals=None if mesh.normals is None else np.ascontiguousarray(mesh.normals[flat]),
         uv=None if mesh.uv is None else np.ascontiguousarray(mesh.uv[flat]),
     )
+
+
+_SPLIT = {diagonal: once(partial(_split, diagonal=diagonal)) for diagonal in get_args(Diagonal)}
 
 
 def _starts(mesh: Mesh, first: Places, diagonal: Diagonal) -> Places:

@@ -156,8 +156,8 @@ def _frames(meshes: list[Mesh]) -> Iterator[Model]:
         name="bumps_behind",
         kind="convention",
         claim="from behind only the surface's normal is turned to the viewer: a bump is one from both sides",
-        cites="OpenUSD, previewSurface.glslfx with a frame of screen-space gradients; the reference turns the whole mapped "
-        "normal, so that a bump is a dent from behind, as Cycles, Filament, Mitsuba, pbrt-v4 and three.js do",
+        cites="OpenUSD, previewSurface.glslfx with a frame of screen-space gradients; the reference turns the whole "
+        "mapped normal, so that a bump is a dent from behind, as Cycles, Filament, Mitsuba, pbrt-v4 and three.js do",
         options={"bumps_behind": True},
     )
     if any(mirrored(each).any() for each in meshes):

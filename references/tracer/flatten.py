@@ -5,6 +5,7 @@ What a scene lacks is None.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
@@ -167,22 +168,16 @@ def _geometry(objects: tuple[Object, ...], dtype: np.dtype[np.generic]) -> _Geom
         corner_base += total
 
     points = np.concatenate([part.points for part in parts]) if parts else np.zeros((0, 3, 3))
-    bounds, child, count, order = bvh.build(points.reshape(-1, 9))
+    hierarchy = _hierarchy(_Corners(points.reshape(-1, 9)), dtype)
+    order = hierarchy.order
     face_of = _joined(faces, order, np.int32)
-
     real = partial(_real, dtype)
-    if dtype == np.float32:  # rounding must not move a corner out of its box
-        lo = np.nextafter(bounds[:, :3].astype(np.float32), np.float32(-np.inf))
-        hi = np.nextafter(bounds[:, 3:].astype(np.float32), np.float32(np.inf))
-        bounds = np.hstack([lo, hi]).astype(np.float64)
-    nodes, leaves, boxes = bvh.widen(bounds, child, count)
-    drawn = real(points.reshape(-1, 9)[order])
     return _Geometry(
-        nodes=nodes,
-        boxes=boxes,
-        leaves=bvh.side_by_side(drawn, leaves),
-        first=np.ascontiguousarray(leaves[:, 0]),
-        points=drawn,
+        nodes=hierarchy.nodes,
+        boxes=hierarchy.boxes,
+        leaves=hierarchy.leaves,
+        first=hierarchy.first,
+        points=hierarchy.points,
         face=face_of,
         object=_joined(owners, order, np.int32),
         corner=_joined(corners, order, np.int32).reshape(-1, 3),
@@ -192,6 +187,43 @@ def _geometry(objects: tuple[Object, ...], dtype: np.dtype[np.generic]) -> _Geom
         quads=_quads(quads, face_of, real),
         reach=float(np.abs(points).max(initial=0.0)),
     )
+
+
+class _Corners:
+    """The corners ``points`` (t, 9) of triangles; the same numbers are the same key."""
+
+    def __init__(self, points: npt.NDArray[np.float64]) -> None:
+        self.points = np.ascontiguousarray(points)
+        self._digest = hashlib.blake2b(self.points.data, digest_size=16).digest()
+
+    def __hash__(self) -> int:
+        return hash(self._digest)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Corners) and other._digest == self._digest
+
+
+class _Hierarchy(NamedTuple):
+    """What of a Flat follows from where triangles are; ``order`` (t,) is that of its leaves."""
+
+    nodes: Array
+    boxes: Array
+    leaves: Array
+    first: Array
+    points: Array
+    order: Array
+
+
+@lru_cache(maxsize=2)  # models that edit normals or coordinates alone, or cut faces as the reference does, share it
+def _hierarchy(corners: _Corners, dtype: np.dtype[np.generic]) -> _Hierarchy:
+    bounds, child, count, order = bvh.build(corners.points)
+    if dtype == np.float32:  # rounding must not move a corner out of its box
+        lo = np.nextafter(bounds[:, :3].astype(np.float32), np.float32(-np.inf))
+        hi = np.nextafter(bounds[:, 3:].astype(np.float32), np.float32(np.inf))
+        bounds = np.hstack([lo, hi]).astype(np.float64)
+    nodes, leaves, boxes = bvh.widen(bounds, child, count)
+    drawn = _real(dtype, corners.points[order])
+    return _Hierarchy(nodes, boxes, bvh.side_by_side(drawn, leaves), np.ascontiguousarray(leaves[:, 0]), drawn, order)
 
 
 def _real(dtype: np.dtype[np.generic], array: npt.ArrayLike) -> Array:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from notabug.scenes_usd.once import once
 from notabug.scenes_usd.scene import Mesh, Scene
 from notabug.scenes_usd.triangulate import triangulate
 
@@ -35,6 +36,7 @@ def has_normal_map(scene: Scene, mesh: Mesh) -> bool:
     return preview is not None and preview.normal_map >= 0 and mesh.uv is not None
 
 
+@once
 def corner_tangents(mesh: Mesh) -> Floats:
     """The tangents (c, 3) of the face corners of ``mesh``: of unit length, square to the normals.
 

@@ -39,6 +39,7 @@ def as_parts(names: Iterable[str]) -> list[Part]:
 
 
 EXPORT_SIDE = 72  # pixels along the longer side of an export: its own settings ask for a picture to look at
+CONTROLLED = 10  # of so many exports one has controls: of unknown making all is tried, minutes of large meshes
 RENDERERS = ("povray", "mitsuba")  # others by name
 
 
@@ -149,5 +150,6 @@ def _scene(job: Job, within: Path) -> list[Record]:
     (scene,) = found
     quality = QUALITIES[quality_of(job)]
     made = [examine(scene, adapter(name), quality, naming=job.naming) for name in job.renderers]
-    made += controls(scene, job.seed)
+    if job.part != "features" or job.index % CONTROLLED == 0:
+        made += controls(scene, job.seed)
     return [{**about, "size": [scene.width, scene.height], **each} for each in made]

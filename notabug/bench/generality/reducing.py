@@ -9,9 +9,8 @@ from pathlib import Path
 
 from notabug.adapters.base import Quality, RendererError, UnsupportedError
 from notabug.adapters.registry import adapter
-from notabug.bench.generality.decks import traits
 from notabug.bench.generality.examine import QUALITIES, Record
-from notabug.bench.generality.jobs import Job, drawn
+from notabug.bench.generality.jobs import Job, drawn, quality_of
 from notabug.bench.generality.summary import CONTROLS, sentence
 from notabug.metrics.judge import judge
 from notabug.results.wording import triple
