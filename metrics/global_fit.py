@@ -117,8 +117,21 @@ def _gains(measured: Measured, to: Admissible, excluded: Bools) -> list[FewGain]
             found.append(few_gain(measured, to, excluded, of, dark))
             continue
         values, gained, noise = (each[:, of].ravel()[good] for each in (x, y, variance))
-        found.append(FewGain(*_gain(values, gained, noise, least, measured.kappa), many=True))
+        gain, error = _gain(values, gained, noise, least, measured.kappa)
+        if abs(gain - 1.0) > RELATIVE + POLICY.global_fit.errors * error:
+            seeds = [pixels(picture, bright)[:, of].ravel()[good].astype(np.float64) for picture in measured.pictures]
+            error += _skewed(gain, [_gain(values, seed, noise * measured.seeds, least, 1.0)[0] for seed in seeds])
+        found.append(FewGain(gain, error, many=True))
     return found
+
+
+def _skewed(gain: float, seeds: list[float]) -> float:
+    """How far skewed noise may have moved the ``gain`` of a mean of pictures, whose own gains are ``seeds``.
+
+    A robust fit leaves rare bright samples out, so it is darker than the mean of what they come from. Averaging K
+    pictures divides that skew by K: a gain that grows from one picture to the mean of all is not there yet.
+    """
+    return abs(gain - float(np.mean(seeds))) if seeds else 0.0
 
 
 def _gain(x: Floats, y: Floats, variance: Floats, least: float, kappa: float) -> tuple[float, float]:

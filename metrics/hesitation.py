@@ -97,7 +97,8 @@ def may_be_noise(
     margin = POLICY.admissible.missed * (most - least) + found.target.tau
     wrong = found.significance.pixels
     outside = wrong & (largest(np.maximum(measured.mean - most, least - measured.mean) - margin) > 0)
-    if np.count_nonzero(outside & ~excused(outside, measured.mean, found.target)):
+    sized = any(light.emitter is not None for light in scene.lights)
+    if not sized and np.count_nonzero(outside & ~excused(outside, measured.mean, found.target)):
         return False
     smooth = spread(~found.target.edge)
     off = residual(measured.mean, found.target) * smooth
@@ -111,12 +112,31 @@ def may_be_noise(
     every_place = GRID**2 / (GRID**2 - 1)  # times the variance of regular subsamples of an even slope
     variance = every_place * variance * smooth / max(1, declaration.samples)
     square = ((1.0 + 2.0 * POLICY.admissible.missed) * (most - least) * smooth) ** 2
+    if sized:
+        # few of a renderer's directions may carry most of a light: then no bound is known, but how pixels scatter is
+        variance = _scatter(off)
+        square = variance + off**2
     return _cancels(np.abs(_sums(off)), _sums(tau), _sums(variance) * shared, float(square.max()) ** 0.5 * shared) and (
         # a square of that mean is off its own by no more variance than the largest square times the mean
         _cancels(
             _sums(off**2), _sums(variance + tau**2), _sums(square * variance) * shared, float(square.max()) * shared
         )
     )
+
+
+def _scatter(off: Floats) -> Floats:
+    """The variance (h, w, 3) of what changes by chance from pixel to pixel in ``off``: half of neighbours' squares.
+
+    Each pair's is given to both of its pixels, a quarter each of the four that a pixel is in.
+    """
+    found = np.zeros_like(off)
+    for axis in (0, 1):
+        square = np.diff(off, axis=axis) ** 2 / 8.0
+        before = tuple(slice(None, -1) if axis == k else slice(None) for k in range(2))
+        after = tuple(slice(1, None) if axis == k else slice(None) for k in range(2))
+        found[before] += square
+        found[after] += square
+    return found
 
 
 def _sums(values: Floats) -> Floats:

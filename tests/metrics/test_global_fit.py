@@ -233,3 +233,30 @@ def test_the_border_of_what_a_limitation_may_change_does_not_stand_for_it() -> N
     found = global_fit(measure([picture], to.edge), to, ~to.edge)
     assert not found.gained
     assert not untold_gain(found)
+
+
+def fireflies(value: Floats, seeds: int = 4) -> list[Floats]:
+    """Rare samples that carry most of the light: the mean is right, and most pixels are too dark."""
+    rng = np.random.default_rng(3)
+    shape = value.shape[:2]
+    return [value * rng.gamma(0.35, 1 / 0.35, (16, *shape)).mean(axis=0)[..., None] for _ in range(seeds)]
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.02])
+def test_skewed_noise_is_no_gain(factor: float) -> None:
+    value = ramp()
+    found = global_fit(measure([factor * each for each in fireflies(value)], NONE), target(value), NONE)
+    assert not found.gained
+
+
+@pytest.mark.parametrize("factor", [0.6, 1.5])
+def test_a_gain_under_skewed_noise_is_one(factor: float) -> None:
+    value = ramp()
+    found = global_fit(measure([factor * each for each in fireflies(value)], NONE), target(value), NONE)
+    assert found.gained
+
+
+@pytest.mark.parametrize("factor", [0.94, 1.06])
+def test_a_small_gain_under_even_noise_is_one(factor: float) -> None:
+    value = ramp()
+    assert global_fit(measure([factor * each for each in noisy(value)], NONE), target(value), NONE).gained

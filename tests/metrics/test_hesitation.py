@@ -17,7 +17,7 @@ from notabug.metrics.verdict import Verdict
 from notabug.references.predict import Near, predict
 from notabug.references.tracer.envelope import Envelope, trace_picture
 from notabug.references.tracer.options import Options
-from notabug.scenes_usd.scene import Camera, Card, Light, Scene
+from notabug.scenes_usd.scene import Camera, Card, Emitter, Light, Scene
 
 Floats = npt.NDArray[np.floating]
 
@@ -177,3 +177,30 @@ def test_what_a_bug_is_called_has_no_say_in_the_word(studio: Any, name: str, noi
         declaration = replace(declaration, noisy=STATES[noisy])
         words = {studio.verdict([picture], scene, declaration, naming=each).word for each in (True, False)}
         assert len(words) == 1
+
+
+def _lamp() -> Scene:
+    """A scene with a light that has a size: a renderer's directions to it may carry any part of its light."""
+    scene = _scene()
+    lamp = replace(scene.lights[0], kind="sphere", emitter=Emitter())
+    return replace(scene, lights=(lamp,))
+
+
+def _fireflies(envelope: Envelope, seed: int) -> Floats:
+    drawn = np.random.default_rng(seed).gamma(0.02, 50.0, (SIZE, SIZE, 1))
+    return envelope.mean * drawn
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_fireflies_of_a_light_with_a_size_are_inconclusive(seed: int) -> None:
+    envelope = _envelope(0.0)
+    verdict = _judge(_fireflies(envelope, seed), envelope, BOX, _lamp())
+    assert verdict.word == "inconclusive", verdict.message
+
+
+@pytest.mark.parametrize("factor", [0.0, 0.5, 0.8, 1.3])
+@pytest.mark.parametrize("scatter", [0.0, 0.1])
+def test_what_does_not_scatter_as_it_is_off_is_a_bug_under_a_light_with_a_size(factor: float, scatter: float) -> None:
+    envelope = _envelope(0.0)
+    noise = np.random.default_rng(1).normal(1.0, scatter, (SIZE, SIZE, 1))
+    assert _judge(factor * envelope.mean * noise, envelope, BOX, _lamp()).word == "bug"
