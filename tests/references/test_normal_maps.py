@@ -163,7 +163,7 @@ VECTOR = (0.4, -0.3, 0.8)
 
 @pytest.mark.parametrize("turned", [False, True], ids=["as its corners", "mirrored"])
 def test_frames_of_skewed_coordinates(turned: bool, make: Any) -> None:
-    """On a floor from -2 to 2 P = A (s, t) + c: the columns of A are dP/ds and dP/dt, the rows of its inverse gradients."""
+    """On a floor P = A (s, t) + c: the columns of A are dP/ds and dP/dt, the rows of its inverse their gradients."""
     uv = np.array(SKEWED) * ([-1.0, 1.0] if turned else [1.0, 1.0])
     eye = (0.3, -1.0, 2.0)
     L, V = unit(LIGHTS["over"]), unit(eye)
@@ -248,7 +248,7 @@ def test_what_bytes_say() -> None:
 
 
 def mapped_normals(scene: Scene) -> tuple[Floats, Floats, Floats]:
-    """Of each pixel's centre of normal_maps/bumps N', N and V, by planes and a bilinear lookup written anew; NaN: none."""
+    """Of each pixel's centre of normal_maps/bumps N', N and V, by planes and a bilinear lookup of their own."""
     eye, c = scene.camera.to_world[3, :3], scene.camera
     y, x = np.mgrid[: scene.height, : scene.width]
     right = (2.0 * (x + 0.5) / scene.width - 1.0) * c.tan_x
