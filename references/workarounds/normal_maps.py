@@ -34,8 +34,8 @@ WORKAROUNDS = (
         name="raised_normals",
         artifact_class="normal_maps",
         claim="highlights have the mapped normal raised until it mirrors the view above the surface, and none is black",
-        cites="Keller et al. 2017, The Iray light transport simulation and rendering system; Cycles, Bump Map Correction "
-        "(Mitsuba turns such normals instead: flip_invalid_normals)",
+        cites="Keller et al. 2017, The Iray light transport simulation and rendering system; Cycles: bump map "
+        "correction; Mitsuba turns such normals instead: flip_invalid_normals",
         reduces=("mapped_normal_black",),
         before=_painted("steep"),
         after=_drawn("steep", "raised", ("mapped_normal_raised",), {"mapped_away": "raised"}, {}),
