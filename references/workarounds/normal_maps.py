@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from notabug.references.workarounds.workaround import Setting, Workaround
 
@@ -21,8 +20,8 @@ def _drawn(
     slope: str,
     label: str,
     models: tuple[str, ...],
-    declares: Mapping[str, Any],
-    others: Mapping[str, Mapping[str, Any]],
+    declares: Mapping[str, object],
+    others: Mapping[str, Mapping[str, object]],
 ) -> Setting:
     """In-house with ``models`` switched on, and the ``others`` that can be told the same."""
     adapters = {"inhouse": {"limitations": models}, **others}
