@@ -22,16 +22,18 @@ if TYPE_CHECKING:
     from notabug.adapters.job_types import MitsubaLook, PlugIn
 
 
-def whitted(mi: Any, look: MitsubaLook, texture: PlugIn | None, maps: dict[str, PlugIn | None]) -> Any:
+def whitted(
+    mi: Any, look: MitsubaLook, texture: PlugIn | None, maps: dict[str, PlugIn | None], *, one_sided: bool = False
+) -> Any:
     """A BSDF of the loaded variant of Mitsuba (the module ``mi``) for the material ``look`` of a job.
 
     ``texture`` describes the bitmap that replaces the diffuse colour, or is None; ``maps`` has those of the preview
-    surface's numbers, by name.
+    surface's numbers, by name. ``one_sided``: it is black from behind, as what ``twosided`` may hold.
     """
     import drjit as dr
 
     smooth = mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.GlossyReflection
-    sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
+    sides = mi.BSDFFlags.FrontSide if one_sided else mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
     bitmap = None if texture is None else mi.load_dict(texture)
     numbers = {name: mi.load_dict(each) for name, each in maps.items() if each is not None}
     opacity = float(look["opacity"])
@@ -59,6 +61,8 @@ def whitted(mi: Any, look: MitsubaLook, texture: PlugIn | None, maps: dict[str, 
             wo: Any,
             active: Any = True,
         ) -> Any:
+            if one_sided:
+                active &= mi.Frame3f.cos_theta(si.wi) > 0
             return _evaluated(dr, mi, look, bitmap, numbers, si, wo, active)
 
         def sample(

@@ -146,9 +146,15 @@ def _bsdf(mi: ModuleType, look: MitsubaLook, job: MitsubaJob, arrays: Arrays) ->
             {} if preview is None else {"metallic": preview["metallic_map"], "roughness": preview["roughness_map"]}
         )
         maps = {name: _bitmap(mi, index, textures, arrays) for name, index in numbers.items()}
-        scripted: mitsuba.BSDF = whitted(mi, look, bitmap, maps)
         normals = None if preview is None else _bitmap(mi, preview["normal_map"], textures, arrays)
-        return scripted if normals is None else _mapped(mi, normals, scripted, job["normal_maps"])
+        settings = job["normal_maps"]
+        # where mapped normals are turned to the viewer none is seen from behind; else it is black there
+        one_sided = normals is not None and not settings["flip_invalid_normals"]
+        scripted: mitsuba.BSDF = whitted(mi, look, bitmap, maps, one_sided=one_sided)
+        if normals is None:
+            return scripted
+        mapped = _mapped(mi, normals, scripted, settings)
+        return mi.load_dict({"type": "twosided", "bsdf": mapped}) if one_sided else mapped
     reflectance = bitmap or {"type": "rgb", "value": look["diffuse"]}
     shown: PlugIn = {"type": "diffuse", "reflectance": reflectance}
     if preview:

@@ -213,7 +213,7 @@ def _textures(scene: Scene, arrays: Arrays) -> dict[str, MitsubaTexture]:
         found[str(index)] = {"pixels": f"texture{index}", "wrap": wrap}
         if index in normals:  # 1 - green: for faces with mirrored coordinates
             other = _mirrored_map(scene, index)
-            arrays[f"texture{other}"] = np.abs(arrays[f"texture{index}"] - np.float32([0.0, 1.0, 0.0]))
+            arrays[f"texture{other}"] = np.abs(arrays[f"texture{index}"] - np.array([0.0, 1.0, 0.0], np.float32))
             found[str(other)] = {"pixels": f"texture{other}", "wrap": wrap}
     return found
 

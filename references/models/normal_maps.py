@@ -221,7 +221,7 @@ def of_bytes(texture: Texture) -> bool:
     return bool(np.abs(texels - np.round(texels)).max(initial=0.0) <= 127.5 * ON_BYTES)
 
 
-def _read_as(name: str, claim: str, read: Callable[[Texture], npt.NDArray[np.floating]], more: str = "") -> Model:
+def _read_as(name: str, claim: str, read: Callable[[Texture], npt.NDArray[np.float64]], more: str = "") -> Model:
     """The fault of reading every normal map by ``read``."""
 
     def edit(scene: Scene) -> Scene:

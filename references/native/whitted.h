@@ -123,8 +123,7 @@ struct Whitted {
                     softest.roughness = std::max(preview.roughness, std::sqrt(static_cast<T>(sharpest)));
                     softest.clearcoat_roughness = std::max(preview.clearcoat_roughness, std::sqrt(static_cast<T>(sharpest)));
                 }
-                bump = bump_at(scene, option,
-                               {material, hit.triangle, s.weights, s.u, s.v, s.side, N, s.side * g, V});
+                bump = bump_at(scene, option, {material, hit.triangle, s.weights, s.u, s.v, s.side, N, s.side * g, V});
             }
         }
         const int count = static_cast<int>(scene.lights);
@@ -137,7 +136,7 @@ struct Whitted {
             if (gouraud) {  // the same light at the facet's corners, as seen from where the ray started
                 const LitCorner<T> c = lit_corner(scene, hit.triangle, turn / count, s.weights, s.side, ray.origin,
                                                   option.silhouette);
-                at = c.at, N = c.normal, V = c.view, part = c.weight;
+                at = c.at, N = c.normal, V = c.view, part = c.weight, bump = {N, N};
                 if (!here) leave = at;
             }
             const Light<T>& light = scene.light[k];
@@ -149,7 +148,7 @@ struct Whitted {
                         record.light(k, to.distance, gl * s.side, nl, (to.falloff / counts.told) * light.intensity,
                                      part * counts.told);
                 }
-                const bool behind_bump = nl <= 0 && bump.mapped && option.bump_light == BumpLight::lit && !gouraud;
+                const bool behind_bump = nl <= 0 && bump.mapped && option.bump_light == BumpLight::lit;
                 if (nl <= 0 && !(option.uncut && scene.lobes.kind) && !behind_bump) return;
                 // a highlight ends abruptly where N.L = 0; diffuse light does not
                 if (!sized() && scene.lobes.kind && !gouraud) lit.facing |= std::uint64_t(1) << (k & 63);
@@ -226,9 +225,7 @@ struct Whitted {
                     if (preview.workflow != 0) {
                         const PreviewSurface<T>& look_of = sized() ? softest : preview;
                         const Vec3<T>& view = wrong ? primary_view : V;
-                        const Reflected<T> part_of =
-                            gouraud ? reflected(look_of, colour, N, to.L, view)
-                                    : reflected_bump(option, look_of, colour, bump, N, to.L, view);
+                        const Reflected<T> part_of = reflected_bump(option, look_of, colour, bump, N, to.L, view);
                         diffuse = mul(E, mul(colour, part_of.diffuse));
                         if (!mirrored || option.mirrored_highlight != MirroredHighlight::lost)
                             specular = mul(E, part_of.specular);
@@ -258,14 +255,13 @@ struct Whitted {
                         const bool wrong = from.generation >= passages &&
                                            option.mirrored_highlight == MirroredHighlight::primary;
                         const Vec3<T>& view = wrong ? primary_view : V;
-                        const Vec3<T>& glossy = gouraud || preview.workflow == 0 ? N : bump.normal;
                         const bool bounded = option.shadow_rays != ShadowRays::unbounded;
                         const auto along = [&](const Aim<T>& aim, T weight, const Counted<T>& counts) {
                             const T end = bounded ? aim.distance : infinity<T>;
                             shine(Seen{aim.L, aim.distance, end, weight}, counts, std::true_type{});
                         };
                         const Cubature moved = cubature.moved(k, from.generation);
-                        spread(View_of<T>(scene.skies, e, at, N), gloss_of(scene, material, softest, glossy, view),
+                        spread(View_of<T>(scene.skies, e, at, N), gloss_of(scene, material, softest, bump.normal, view),
                                e.sky >= 0 ? moved.finer() : moved, along);
                         if (here && lighted && !shadowed) lit.open |= std::uint64_t(1) << (k & 63);
                         if (here && shadowed && !lighted) lit.hidden |= std::uint64_t(1) << (k & 63);

@@ -22,13 +22,16 @@ LEVEL = (-1.0039215686, -1.0039215686, -1.0, 0.0)  # the one that makes 128 of 2
 
 
 def mapped(name: str, file: str, colour: Row, *, roughness: float, bias: Row = SPECIFIED) -> str:
-    """A glossy UsdPreviewSurface with the normal map ``file``, scale 2 and ``bias``, repeated along ``st``."""
+    """A glossy UsdPreviewSurface with the normal map ``file``, scale 2 and ``bias``, repeated along ``st``.
+
+    Without a file the variants of the scene say one.
+    """
     path = f"/Scene/Materials/{name}"
     texture = block(
         'def Shader "Normals"',
         'uniform token info:id = "UsdUVTexture"',
         f"float4 inputs:bias = {vector(bias)}",
-        f"asset inputs:file = @{file}@",
+        *([f"asset inputs:file = @{file}@"] if file else []),
         "float4 inputs:scale = (2, 2, 2, 1)",
         'token inputs:sourceColorSpace = "raw"',
         f"float2 inputs:st.connect = <{path}/Coordinates.outputs:result>",

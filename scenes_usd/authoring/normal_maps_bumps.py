@@ -16,6 +16,7 @@ from notabug.scenes_usd.authoring.stage import (
     looking,
     materials,
     mesh,
+    over,
     selected,
     stage,
     variant_set,
@@ -33,25 +34,29 @@ CARD = {
 TEXELS = 64
 WIDE = (160, 80)
 RADIUS = 0.42  # of a bump, in cells of the map
-STEEPEST = 62.0  # degrees that its normals lean at its foot
+STEEPEST = {"steep": 62.0, "medium": 30.0, "gentle": 12.0}  # degrees that its normals lean half way down
 ELEVATION = 16.0  # degrees of the light above the near strip
-FILE = "./textures/bumps.png"
 
 
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     down = math.radians(ELEVATION)
     cameras = {"low": _seen(18.0), "high": _seen(40.0)}
+    slopes = {name: over("Materials/Bumps/Normals", f"asset inputs:file = @{_file(name)}@") for name in STEEPEST}
     parts = [
         distant_light(looking((math.cos(down), -math.sin(down), -0.12)), 4.0),
-        materials(mapped("Bumps", FILE, (0.75, 0.5, 0.3), roughness=0.45)),
+        materials(mapped("Bumps", "", (0.75, 0.5, 0.3), roughness=0.45)),
         _strip("Near", 0.0, (0.04, 1.04)),
         _strip("Far", 24.0, (-1.04, -0.04)),
         variant_set("camera", cameras),
+        variant_set("slope", slopes),
     ]
     return {
-        "normal_maps/textures/bumps.png": png(encoded(bumps(TEXELS))),
-        "normal_maps/bumps.usda": stage(CARD, parts, metadata=selected(camera="low"), size=WIDE),
+        **{
+            f"normal_maps/textures/{name}.png": png(encoded(bumps(TEXELS, steepest)))
+            for name, steepest in STEEPEST.items()
+        },
+        "normal_maps/bumps.usda": stage(CARD, parts, metadata=selected(camera="low", slope="steep"), size=WIDE),
     }
 
 
@@ -71,11 +76,15 @@ def _strip(name: str, turn: float, z: tuple[float, float]) -> str:
     return mesh(name, as_float32(points), [(0, 1, 2), (0, 2, 3)], material="Bumps", uv=uv)
 
 
-def bumps(size: int) -> Floats:
+def _file(slope: str) -> str:
+    return f"./textures/{slope}.png"
+
+
+def bumps(size: int, steepest: float) -> Floats:
     """Normals (size, size, 3) of a round bump: level in its middle and beside it, steepest at half its radius."""
     u, v = places(size)
     x, y = u - 0.5, v - 0.5
     r = np.hypot(x, y)
-    lean = math.tan(math.radians(STEEPEST)) * np.sin(np.pi * np.clip(r / RADIUS, 0.0, 1.0))
+    lean = math.tan(math.radians(steepest)) * np.sin(np.pi * np.clip(r / RADIUS, 0.0, 1.0))
     along = np.where(r > 0, 1.0 / np.maximum(r, 1e-12), 0.0)
     return np.stack([lean * x * along, lean * y * along, np.ones_like(r)], axis=2)

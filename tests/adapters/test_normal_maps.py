@@ -1,0 +1,88 @@
+"""Mitsuba on normal maps: its conventions pass, its defaults are limitations, its second tangent is a bug."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from notabug.adapters.base import Quality
+from notabug.adapters.mitsuba import Mitsuba
+from notabug.adapters.mitsuba_job import MIRRORED, job
+from notabug.metrics.judge import judge
+from notabug.references.tracer.envelope import trace_picture
+from notabug.references.tracer.options import Options
+from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.scene import Scene
+
+CENTRES = Quality(samples=1)
+
+
+def small(name: str, share: float = 0.5, **variants: str) -> Scene:
+    scene = read_scene(f"normal_maps/{name}", variants)
+    return replace(scene, width=int(scene.width * share), height=int(scene.height * share))
+
+
+def judged(stage: Any, adapter: Mitsuba, scene: Scene) -> tuple[str, list[str]]:
+    picture = stage.draw(adapter, scene)
+    verdict = judge([picture], scene, adapter.declaration(CENTRES), perceive=False).verdict
+    return verdict.word, [each.name for each in verdict.findings]
+
+
+@pytest.mark.parametrize(
+    ("scene", "settings", "word", "named"),
+    [
+        ("bumps", {}, "pass", ["mapped_normal_flipped"]),
+        ("bumps", {"normal_maps": "unflipped"}, "limitation", ["mapped_normal_black"]),
+        ("bumps", {"normal_maps": "softened"}, "limitation", ["bump_terminator_softened", "mapped_normal_flipped"]),
+        ("mirrored_uv", {}, "pass", []),
+        ("mirrored_uv", {"tangents": "right_handed"}, "bug", ["tangent_handedness"]),
+    ],
+    ids=lambda x: "-".join(x.values()) if isinstance(x, dict) else None,
+)
+def test_verdicts(scene: str, settings: dict[str, Any], word: str, named: list[str], stage: Any, mitsuba: Any) -> None:
+    found = judged(stage, replace(mitsuba, **settings), small(scene))
+    assert (found[0], sorted(found[1])) == (word, named)
+
+
+def test_each_setting_is_the_tracers(stage: Any, mitsuba: Any) -> None:
+    """To float32's last digits, but where an edge passes through a pixel's centre."""
+    scene = small("bumps")
+    for settings, switches in (
+        ({}, {"mapped_away": "flip"}),
+        ({"normal_maps": "unflipped"}, {"mapped_away": "black"}),
+        ({"normal_maps": "softened"}, {"mapped_away": "flip", "bump_light": "softened"}),
+    ):
+        drawn = stage.draw(replace(mitsuba, **settings), scene)
+        expected = trace_picture(scene, Options(**switches))  # type: ignore[arg-type]
+        apart = (np.abs(drawn - expected) > 2e-5 + 1e-3 * expected).any(axis=2)
+        assert expected.max() > 0.2
+        assert apart.sum() <= 3, settings
+
+
+def test_an_identity_in_bytes_leans_in_mitsuba_as_specified(stage: Any, mitsuba: Any) -> None:
+    plain, bytes_, level = (
+        stage.draw(mitsuba, small("identity", 0.25, map=name)) for name in ("none", "bytes", "level")
+    )
+    assert level == pytest.approx(plain, rel=2e-5, abs=2e-6)
+    expected = trace_picture(small("identity", 0.25, map="bytes"), Options(shadows="facets"))
+    assert bytes_ == pytest.approx(expected, rel=2e-4, abs=2e-5)
+    assert np.abs(bytes_ - plain).max() > 0.004 * plain.max()
+
+
+def test_mirrored_faces_are_a_shape_with_a_map_of_their_own() -> None:
+    scene = small("mirrored_uv", tile="plane")
+    document, arrays = job(scene, CENTRES)
+    assert [each["look"] for each in document["objects"]] == ["0", f"0{MIRRORED}"]
+    own, turned = (document["looks"][name]["preview"] for name in ("0", f"0{MIRRORED}"))
+    assert own is not None
+    assert turned is not None
+    maps = [arrays[document["textures"][str(each["normal_map"])]["pixels"]] for each in (own, turned)]
+    assert maps[1] == pytest.approx(np.abs(maps[0] - [0, 1, 0]), abs=1e-7)
+    assert len(job(scene, CENTRES, sided=False)[0]["objects"]) == 1
+    (tile,) = scene.meshes
+    assert tile.uv is not None
+    whole = replace(scene, objects=(replace(tile, uv=tile.uv * [-1.0, 1.0]),))
+    assert {each["look"] for each in job(whole, CENTRES)[0]["objects"]} == {"0", f"0{MIRRORED}"}
