@@ -6,14 +6,13 @@ texture is one twice as large that repeats, one with a black border is one with 
 
 from __future__ import annotations
 
-import contextlib
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pxr import Sdf, Usd, UsdShade
+from pxr import Usd, UsdShade
 
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.fence import check_inside, outermost
@@ -77,7 +76,6 @@ class _Look:
     bias: Four = (0.0, 0.0, 0.0, 0.0)
     use: Use = "colour"
     channel: int = -1  # of a number
-    border: tuple[int, int] = (0, 0)  # parts that a black border divides width and height into; 0: as many as texels
 
     @property
     def is_plain(self) -> bool:
@@ -100,7 +98,6 @@ class Textures:
         self.root = root
         self.found: list[Texture] = []
         self._index: dict[_Look, tuple[int, Floats, Floats]] = {}
-        self._borders: dict[Sdf.Path, tuple[int, int]] = {}
 
     def lookup(
         self, user: Usd.Prim, attribute: str, output: Usd.Attribute, use: Use = "colour"
@@ -133,33 +130,13 @@ class Textures:
         coordinates, space, (name,) = _coordinates(shader), _space(shader), names
         wrap_s, wrap_t = _wrap(shader, "wrapS"), _wrap(shader, "wrapT")
         scale, bias = _four(shader, "scale", _ONES), _four(shader, "bias", _ZEROS)
-        border = self._border(user) if "black" in (wrap_s, wrap_t) else (0, 0)
-        channel = _CHANNELS.get(str(output.GetName()), -1)
-        look = _Look(name, wrap_s, wrap_t, space, scale, bias, use, channel, border)
+        look = _Look(name, wrap_s, wrap_t, space, scale, bias, use, _CHANNELS.get(str(output.GetName()), -1))
         if look not in self._index:
             texture, matrix, offset = _load(shader, look)
             self._index[look] = len(self.found), matrix, offset
             self.found.append(texture)
         index, matrix, offset = self._index[look]
         return index, coordinates.then(matrix, offset)
-
-    def _border(self, user: Usd.Prim) -> tuple[int, int]:
-        """Into how many parts a black border divides the width and the height of the pictures of ``user``.
-
-        A part is as wide as the border. All of its pictures have borders of one share of their size, so that they are
-        looked up at the same coordinates whatever their sizes: a part is a whole number of texels in each of them.
-        """
-        if user.GetPath() not in self._borders:
-            shown = _shown(user)
-            parts = [0, 0]
-            for shader in shown if len(shown) > 1 else ():
-                with contextlib.suppress(SceneError, PictureError):  # told where that picture is read
-                    size = read_asset(self._file(shader)).pixels.shape
-                    for axis, name in enumerate(("wrapS", "wrapT")):
-                        if _wrap(shader, name) == "black":
-                            parts[axis] = math.gcd(parts[axis], size[1 - axis])
-            self._borders[user.GetPath()] = parts[0], parts[1]
-        return self._borders[user.GetPath()]
 
     def _file(self, shader: UsdShade.Shader) -> str:
         """The resolved name of the texture's file; "" where it is missing and there is a fallback in its stead."""
@@ -199,11 +176,10 @@ def _load(shader: UsdShade.Shader, look: _Look) -> tuple[Texture, Floats, Floats
             linear = np.concatenate([linear, turned] if axis == 1 else [turned, linear], axis=axis)
             matrix[here, here] = 0.5
         elif wrap == "black":
-            parts = look.border[here] or size
             margin = [(0, 0), (0, 0), (0, 0)]
-            margin[axis] = (size // parts, size // parts)
+            margin[axis] = (1, 1)
             linear = np.pad(linear, margin)
-            matrix[here, here], offset[here] = parts / (parts + 2), 1 / (parts + 2)
+            matrix[here, here], offset[here] = size / (size + 2), 1 / (size + 2)
         wraps.append("repeat" if wrap in ("repeat", "mirror") else "clamp")
     if not look.is_plain:
         linear = linear * scale + bias
@@ -283,17 +259,6 @@ def _coordinates(shader: UsdShade.Shader) -> Coordinates:
     for matrix, offset in reversed(moves):
         found = found.then(matrix, offset)
     return found
-
-
-def _shown(user: Usd.Prim) -> list[UsdShade.Shader]:
-    """The pictures that feed inputs of the shader ``user``, each once."""
-    found: dict[Sdf.Path, UsdShade.Shader] = {}
-    for given in UsdShade.Shader(user).GetInputs():
-        for source in UsdShade.Utils.GetValueProducingAttributes(given):
-            shader = UsdShade.Shader(source.GetPrim())
-            if shader and str(shader.GetShaderId()) == "UsdUVTexture":
-                found[source.GetPrim().GetPath()] = shader
-    return list(found.values())
 
 
 _MOST_MOVES = 16  # a chain of transforms that is longer is taken for a ring
