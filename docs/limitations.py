@@ -37,6 +37,10 @@ ELSEWHERE = {
     "shadow_map_acne": "three.js and Panda3D without a bias; no renderer here is asked for shadow maps",
     "shadow_map_steps": "every renderer with shadow maps, three.js, pygfx and Filament among them; as above",
     "shadow_map_detached": "three.js with the bias that its manual advises; as above",
+    "texel_weights": "samplers of graphics hardware; OpenGL's adapter here filters in its shader",
+    "border_not_filtered": "shaders that repeat a tile of an atlas; every renderer here filters across the border",
+    "decoded_after_filter": "old OpenGL and shaders that decode by themselves; adapters here hand over linear texels",
+    "welded_seam": "formats with one coordinate a point, as of games; adapters here split points at seams",
     "flat_interpolation": "VTK draws flat facets when asked to; here normals are exported to every renderer",
 }
 

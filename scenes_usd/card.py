@@ -16,6 +16,7 @@ CLASSES = (
     "visibility",
     "texture",
     "shadow_map",
+    "texture_space",
     "calibration",
 )
 

@@ -165,6 +165,9 @@ FAULTS = (
     Fault("texture_encoded", "texture"),
     Fault("texture_channels_swapped", "texture", names=frozenset({"texture_channels_swapped", "channels_swapped"})),
     Fault("texture_wrap", "texture", stage="tiled"),
+    Fault("negative_uv", "texture"),
+    Fault("border_filter_lost", "texture"),
+    Fault("seam_welded", "texture"),
     # camera
     Fault("field_of_view", "camera", (1.002, 1.01, 1.1)),
     Fault("field_of_view_axis", "camera", stage="wide"),
