@@ -77,6 +77,12 @@ class Declaration:
     glass_side : whether a ray enters glass or leaves it is taken from the side of the facet that it meets
         (``facet``) or counted along the ray.
     texture_filter : how a texture is read between its texels.
+    texture_border : where a texture repeats its last texels mix with its first (``wrapped``), or are ``clamped`` before
+        they are filtered.
+    texture_decoding : an sRGB texture is decoded ``before`` its texels are mixed, or ``after``.
+    texture_bits : the weights of texels are multiples of 2 to this power's inverse; 0 where they are not rounded.
+    uv_seam : points that have several texture coordinates are ``split``, or have the ``first`` one or the ``last`` that
+        a face gives them.
     lobe : the lobe of highlights: as the scene's material has it, or always the one named, at the same exponent or at
         the matching one (Phong's n is close to Blinn's 4n).
     normalised : highlights are multiplied by nothing (``no``), (n + 2)/2, (n + 8)/8 or (n + 2)/8 (``n2over8``).
@@ -136,6 +142,10 @@ class Declaration:
     total_reflection: Literal["transmission", "whole", "unknown"] = "unknown"
     glass_side: Literal["facet", "counted", "unknown"] = "unknown"
     texture_filter: Literal["bilinear", "nearest", "unknown"] = "unknown"
+    texture_border: Literal["wrapped", "clamped", "unknown"] = "wrapped"
+    texture_decoding: Literal["before", "after", "unknown"] = "before"
+    texture_bits: int = 0
+    uv_seam: Literal["split", "first", "last", "unknown"] = "split"
     lobe: Literal["authored", "phong", "blinn", "phong_matched", "blinn_matched", "unknown"] = "authored"
     masking: Literal["separable", "correlated", "schlick", "unknown"] = "unknown"
     interpolation: Literal["phong", "gouraud", "flat", "unknown"] = "phong"

@@ -21,13 +21,14 @@ from notabug.adapters.job_folder import job_folder, picture_path
 from notabug.adapters.job_types import Arrays, Job, LightSaid, MaterialSaid, ShapeSaid, TextureSaid
 from notabug.adapters.kept import KeptChild, kept_child
 from notabug.adapters.process import Ended, failure, made_picture, run_child
+from notabug.adapters.textures import plain_wraps
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Floats, Light, Material, Object, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
 
 Edit = Callable[[Job, Arrays], object]
 
-_MATERIAL = tuple(field.name for field in fields(Material) if field.name not in ("path", "preview"))
+_MATERIAL = tuple(field.name for field in fields(Material) if field.name not in ("path", "preview", "placing"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +117,9 @@ def child_job(scene: Scene) -> tuple[Job, Arrays]:
 
     Everything is in world space and float64. Matrices act on row vectors. A mesh has its n-gons (``counts``,
     ``corners``) as they are, and the same cut along 0-2 (``triangles``, (t, 3)): normals and uv belong to face corners,
-    so a triangle is three indices into ``corners``, ``normals`` and ``uv``.
+    so a triangle is three indices into ``corners``, ``normals`` and ``uv``. Textures repeat or are clamped.
     """
+    scene = plain_wraps(scene)
     arrays: Arrays = {}
     return {
         "width": scene.width,

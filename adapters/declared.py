@@ -65,6 +65,7 @@ SMALLEST_WHITE = 1e-6  # radiance: below it no picture of the corpus shows anyth
 _MOST = {
     "bounces": 8,
     "subpixel_bits": 16,
+    "texture_bits": 16,
     "samples": 1 << 20,
     "radius": 16.0,
     "hit_error": 1.0,

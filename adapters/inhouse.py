@@ -16,6 +16,7 @@ from notabug.adapters.requirements import check_supported
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Scene
 
+_TEXTURES = ("texture_border", "texture_decoding", "texture_bits", "uv_seam")
 PLAIN = ("facet_self_shadow", "facet_self_reflection", "facet_self_refraction")
 
 
@@ -31,6 +32,8 @@ class InHouse:
     ties : of surfaces in one place the ``nearest`` by rounding is seen, or the ``first`` of the scene.
     start, epsilon, refine, offset : where rays start, as in ``Options``: each workaround of surface acne, and of the
         terminator problem, with its caveats.
+    texture_border, texture_decoding, texture_bits, uv_seam : how textures are looked up, as it then declares: what
+        graphics hardware, atlases and meshes with one texture coordinate a point do.
     """
 
     name: str = "inhouse"
@@ -43,6 +46,10 @@ class InHouse:
     epsilon: float = 0.0
     refine: bool = False
     offset: float = 0.0
+    texture_border: Literal["wrapped", "clamped"] = "wrapped"
+    texture_decoding: Literal["before", "after"] = "before"
+    texture_bits: int = 0
+    uv_seam: Literal["split", "first", "last"] = "split"
     install: str = "part of notabug"
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
@@ -82,6 +89,10 @@ class InHouse:
             total_reflection="transmission",
             glass_side="facet",
             texture_filter="bilinear",
+            texture_border=self.texture_border,
+            texture_decoding=self.texture_decoding,
+            texture_bits=self.texture_bits,
+            uv_seam=self.uv_seam,
             masking="separable",
             interpolation=self.interpolation,
             gouraud_shadows="corners",
@@ -105,7 +116,13 @@ class InHouse:
         drawn = replace(scene, intent=None)  # meshes are drawn as they are, whatever they stand for
         on = (*self.limitations, *self.faults, f"{self.interpolation}_interpolation")
         # of several models of a name, one a light or an axis say, the first
-        known = [each for each in models(scene) if each.name in on and ("gouraud_meshes", "all") not in each.also]
+        declared = {(name, str(getattr(self, name))) for name in _TEXTURES}
+        known = [
+            each
+            for each in models(scene)
+            if (each.name in on and ("gouraud_meshes", "all") not in each.also)
+            or (each.kind == "limitation" and each.when in declared)
+        ]
         named = {each.name: each.as_drawn() for each in reversed(known)}
         chosen = list(named.values())
         configured_scene, options = configured(drawn, chosen)

@@ -96,7 +96,7 @@ class GlLight(TypedDict):
 
 class GlTexture(TypedDict):
     pixels: str
-    clamped: list[bool]
+    wrap: list[int]  # of u and v: 0 repeats, 1 is clamped, 2 is mirrored, 3 ends in black
 
 
 class GlShape(TypedDict):

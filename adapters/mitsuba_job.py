@@ -54,8 +54,8 @@ from notabug.adapters.job_types import (
 )
 from notabug.adapters.mitsuba_lights import check_lights, with_size
 from notabug.adapters.spheres import centre_and_radius
-from notabug.adapters.textures import Grown, check_alone, grow, shown_uv
-from notabug.scenes_usd.scene import Camera, Light, Material, Preview, Scene, Sphere
+from notabug.adapters.textures import Grown, check_alone, grow, is_plain, plain_wraps, shown_uv
+from notabug.scenes_usd.scene import Camera, Light, Material, Preview, Scene, Sphere, Texture
 from notabug.scenes_usd.triangulate import triangulate
 
 DEFAULT_SAMPLES = 16
@@ -70,6 +70,7 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False, sided: bool = Tru
     ``mask`` says opacity with Mitsuba's own plug-in, under ``path``. ``sided``: faces with mirrored coordinates have a
     normal map of their own.
     """
+    scene = plain_wraps(scene, _draws)
     arrays: Arrays = {}
     shown = {each.material: scene.materials[each.material] for each in scene.objects}
     transparent = any(each.opacity < 1.0 for each in shown.values())
@@ -191,6 +192,11 @@ def _light(light: Light, scene: Scene, arrays: Arrays) -> dict[str, object]:
     if light.kind == "point":
         return {"type": "point", "position": list(light.position), "intensity": power}
     return {"type": "directional", "direction": list(light.direction), "irradiance": power}
+
+
+def _draws(texture: Texture) -> bool:
+    """Whether Mitsuba has the texture's wrap modes: one for both axes, and none that ends in black."""
+    return is_plain(texture) or texture.wrap_s == texture.wrap_t == "mirror"
 
 
 def _wrapping(scene: Scene, index: int) -> tuple[str, Grown | None]:

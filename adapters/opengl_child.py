@@ -201,7 +201,7 @@ class _Drawing:
             texture = self.job["textures"].get(str(each["texture"]))
             self._set("textured", np.int32(texture is not None).tobytes())
             if texture is not None:
-                self._set("clamped", np.array(texture["clamped"], np.int32).tobytes())
+                self._set("wrap", np.array(texture["wrap"], np.int32).tobytes())
                 self.textures[str(each["texture"])].use(0)
             for name, number in (
                 ("diffuse", each["diffuse"]),

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.job_types import Arrays, GlJob, GlLight, GlShape, GlTexture
-from notabug.scenes_usd.scene import Camera, Light, Mesh, Scene
+from notabug.scenes_usd.scene import Camera, Light, Mesh, Scene, Wrap
 from notabug.scenes_usd.triangulate import triangulate
 
 DepthFormat = Literal["fixed16", "fixed24", "float32", "reversed32"]
@@ -62,13 +62,15 @@ def _light(light: Light) -> GlLight:
     return {"distant": light.kind == "distant", "place": list(place), "power": list(light.intensity)}
 
 
+_WRAPS: dict[Wrap, int] = {"repeat": 0, "clamp": 1, "mirror": 2, "black": 3}  # as the shader has them
+
+
 def _textures(scene: Scene, arrays: Arrays) -> dict[str, GlTexture]:
     found: dict[str, GlTexture] = {}
     for index in sorted({scene.materials[shape.material].texture for shape in scene.objects} - {-1}):
         texture = scene.textures[index]
         arrays[f"texture{index}"] = texture.pixels.astype(np.float32)
-        clamped = [texture.wrap_s == "clamp", texture.wrap_t == "clamp"]
-        found[str(index)] = {"pixels": f"texture{index}", "clamped": clamped}
+        found[str(index)] = {"pixels": f"texture{index}", "wrap": [_WRAPS[texture.wrap_s], _WRAPS[texture.wrap_t]]}
     return found
 
 

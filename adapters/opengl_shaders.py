@@ -73,7 +73,7 @@ uniform vec3 diffuse;
 uniform vec3 specular;
 uniform float opacity;
 uniform bool textured;
-uniform bvec2 clamped;
+uniform ivec2 wrap; // of u and v: 0 repeats, 1 is clamped, 2 is mirrored, 3 ends in black
 uniform sampler2D texels; // row 0 at v = 1
 in vec3 P;
 in vec3 N_raw;
@@ -89,13 +89,18 @@ uniform float steps; // of a fixed-point depth buffer; 0: floating point; -1: re
 layout(location = 1) out vec4 key;
 #endif
 
-int wrapped(int i, int n, bool clamped) {
-    return clamped ? clamp(i, 0, n - 1) : i - n * int(floor(float(i) / float(n)));
+int wrapped(int i, int n, int how) {
+    if (how == 1) return clamp(i, 0, n - 1);
+    if (how == 3) return i < 0 || i >= n ? -1 : i;
+    int period = how == 2 ? 2 * n : n;
+    i -= period * int(floor(float(i) / float(period)));
+    return i < n ? i : period - 1 - i;
 }
 
 vec3 texel(int x, int y) {
     ivec2 n = textureSize(texels, 0);
-    return texelFetch(texels, ivec2(wrapped(x, n.x, clamped.x), wrapped(y, n.y, clamped.y)), 0).rgb;
+    ivec2 at = ivec2(wrapped(x, n.x, wrap.x), wrapped(y, n.y, wrap.y));
+    return at.x < 0 || at.y < 0 ? vec3(0.0) : texelFetch(texels, at, 0).rgb;
 }
 
 // The samplers of real hardware interpolate with weights of 8 bits; these are exact.

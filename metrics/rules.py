@@ -25,10 +25,10 @@ Explained = tuple[Admissible, Floats, Bools, float]
 """An admissible set, the share alpha (h, w) of a model in it, its support (h, w), and its freedom."""
 
 
-def support(bare: Admissible, other: Admissible) -> Bools:
-    """Where (h, w) two admissible sets differ by more than the tolerance."""
+def support(bare: Admissible, other: Admissible, *, own: bool = False) -> Bools:
+    """Where (h, w) two admissible sets differ by more than the tolerance: the larger one, or ``bare``'s ``own``."""
     off = np.abs(other.value - bare.value)
-    off -= np.maximum(bare.tau, other.tau)
+    off -= bare.tau if own else np.maximum(bare.tau, other.tau)
     return np.asarray(largest(off) > 0)
 
 
@@ -108,15 +108,15 @@ def nothing(base: Admissible) -> Explained:
     return base, np.zeros(base.edge.shape), np.zeros(base.edge.shape, np.bool_), 0.0
 
 
-def _mixture(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
+def _mixture(measured: Measured, base: Admissible, *values: Admissible, own: bool = False) -> Explained:
     """The admissible set where each sample takes the value of ``base`` or one of ``values``: as in ``_segment``.
 
     At pixel centres the picture must take one of the values, and so must every seed's that has one sample a pixel;
-    where samples are averaged, anything between them.
+    where samples are averaged, anything between them. ``own``: see ``support``.
     """
-    within = support(base, values[0])
+    within = support(base, values[0], own=own)
     for each in values[1:]:
-        within |= support(base, each)
+        within |= support(base, each, own=own)
     everything = (base, *values)
     value, alpha, never = base.value, np.zeros(within.shape), base.never
     if not base.share_is_point:
@@ -182,8 +182,12 @@ def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Expl
 
 
 def _hull(measured: Measured, base: Admissible, *values: Admissible) -> Explained:
-    """The admissible set of anything between the least and the most of ``base`` and ``values``: as in ``_segment``."""
-    target, alpha, within, length = _mixture(measured, replace(base, share_is_point=False), *values)
+    """The admissible set of anything between the least and the most of ``base`` and ``values``: as in ``_segment``.
+
+    A value that is brighter has a larger tolerance: what is off by more than the base's own, and less than that, is
+    between them as well.
+    """
+    target, alpha, within, length = _mixture(measured, replace(base, share_is_point=False), *values, own=True)
     return replace(target, share_is_point=base.share_is_point), alpha, within, length
 
 

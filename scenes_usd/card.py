@@ -17,6 +17,7 @@ CLASSES = (
     "texture",
     "shadow_map",
     "normal_maps",
+    "texture_space",
     "calibration",
 )
 

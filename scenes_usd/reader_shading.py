@@ -177,7 +177,8 @@ class Materials:
             opacity = 1.0 if opacity >= threshold else 0.0
         painted = coordinates if texture >= 0 else None
         preview, coordinates = preview_of(inputs, self._textures, painted, opacity)
-        return Material(str(material.GetPath()), diffuse, texture, opacity=opacity, preview=preview), coordinates
+        made = Material(str(material.GetPath()), diffuse, texture, opacity=opacity, preview=preview)
+        return replace(made, placing=coordinates.placing), coordinates
 
     def _reflection(
         self, material: UsdShade.Material, shader: UsdShade.Shader, primvars: Primvars
@@ -199,6 +200,7 @@ class Materials:
             mirror=inputs.colour("mirror"),
             transmission=inputs.colour("transmission"),
             ior=inputs.number("ior", low=1e-3),
+            placing=coordinates.placing,
         )
         return made, coordinates
 

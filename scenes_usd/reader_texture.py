@@ -1,13 +1,13 @@
 """UsdUVTexture to Texture: the file is found beside its layer, read once and decoded to linear.
 
-What the texture model of the tracer lacks is said with what it has: scale and bias are in the texels, a mirrored
-texture is one twice as large that repeats, one with a black border is one with a row of texels more that is clamped.
+What the texture model of the tracer lacks is said with what it has: scale and bias are in the texels, and a border that
+is black before a bias is a row of texels more that is clamped.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -20,7 +20,7 @@ from notabug.scenes_usd.picture import PictureError
 from notabug.scenes_usd.reader_asset import automatic_space, exact_pixels, read_asset
 from notabug.scenes_usd.reader_values import ROUNDED, check_number, checked, fault, read, where
 from notabug.scenes_usd.reading import each_tried, note
-from notabug.scenes_usd.scene import Floats, Texture
+from notabug.scenes_usd.scene import Floats, Placing, Texture, Wrap
 from notabug.scenes_usd.srgb import decode_srgb
 
 _INPUTS = {"file", "st", "wrapS", "wrapT", "sourceColorSpace", "scale", "bias", "fallback"}
@@ -29,7 +29,6 @@ _ONES, _ZEROS = (1.0,) * 4, (0.0,) * 4
 _WRAPS = ("repeat", "clamp", "mirror", "black", "useMetadata")
 _UDIM = "<UDIM>"
 
-Wrap = Literal["repeat", "clamp", "mirror", "black"]
 Four = tuple[float, float, float, float]
 Use = Literal["colour", "light", "number", "normal"]
 """What a texture is: a colour from 0 to 1, light without an upper bound, one number from 0 to 1, or a vector."""
@@ -44,13 +43,19 @@ _CHANNELS = {"outputs:r": 0, "outputs:g": 1, "outputs:b": 2}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Coordinates:
-    """Where a texture is looked up: uv = (primvar ``name``) @ ``matrix`` (2, 2) + ``offset`` (2,)."""
+    """Where a texture is looked up: uv = (primvar ``name``) @ ``matrix`` (2, 2) + ``offset`` (2,).
+
+    ``placing`` is the one UsdTransform2d that this follows from, where it follows from one alone.
+    """
 
     name: str = "st"
     matrix: Floats = field(default_factory=lambda: np.eye(2))
     offset: Floats = field(default_factory=lambda: np.zeros(2))
+    placing: Placing | None = None
 
     def then(self, matrix: Floats, offset: Floats) -> Coordinates:
+        if np.array_equal(matrix, np.eye(2)) and not offset.any():
+            return self
         return Coordinates(self.name, self.matrix @ matrix, self.offset @ matrix + offset)
 
     def same(self, other: Coordinates) -> bool:
@@ -80,12 +85,7 @@ class _Look:
     @property
     def is_plain(self) -> bool:
         """Whether its texels are the file's."""
-        return (
-            self.scale == (1.0,) * 4
-            and self.bias == (0.0,) * 4
-            and {self.wrap_s, self.wrap_t} <= {"repeat", "clamp"}
-            and self.channel < 0
-        )
+        return self.scale == (1.0,) * 4 and self.bias == (0.0,) * 4 and self.channel < 0
 
 
 class Textures:
@@ -166,21 +166,18 @@ def _load(shader: UsdShade.Shader, look: _Look) -> tuple[Texture, Floats, Floats
         return Texture(Path("fallback"), colour), np.eye(2), np.zeros(2)
     linear, space = _texels(prim, look)
     scale, bias = np.array(look.scale[:3]), np.array(look.bias[:3])
-    wraps: list[Literal["repeat", "clamp"]] = []
+    wraps: list[Wrap] = []
     matrix, offset = np.eye(2), np.zeros(2)
     for axis, wrap in ((1, look.wrap_s), (0, look.wrap_t)):
         here = 1 - axis  # the coordinate that runs along this axis of the picture
         size = linear.shape[axis]
-        if wrap == "mirror":  # row 0 is at v = 1: what is mirrored comes after the picture in u, before it in v
-            turned = np.flip(linear, axis)
-            linear = np.concatenate([linear, turned] if axis == 1 else [turned, linear], axis=axis)
-            matrix[here, here] = 0.5
-        elif wrap == "black":
+        lifted = wrap == "black" and any(look.bias[:3])  # the bias lifts what is beyond the border, too
+        if lifted:
             margin = [(0, 0), (0, 0), (0, 0)]
             margin[axis] = (1, 1)
             linear = np.pad(linear, margin)
             matrix[here, here], offset[here] = size / (size + 2), 1 / (size + 2)
-        wraps.append("repeat" if wrap in ("repeat", "mirror") else "clamp")
+        wraps.append("clamp" if lifted else wrap)
     if not look.is_plain:
         linear = linear * scale + bias
         low, high = _RANGES[look.use]
@@ -239,7 +236,7 @@ def _texels(prim: Usd.Prim, look: _Look) -> tuple[Floats, Literal["raw", "sRGB"]
 def _coordinates(shader: UsdShade.Shader) -> Coordinates:
     """Where ``shader`` is looked up: a primvar, moved by any number of UsdTransform2d."""
     node = _behind(shader, "st")
-    moves: list[tuple[Floats, Floats]] = []
+    moves: list[Placing] = []
     while node and str(node.GetShaderId()) == "UsdTransform2d" and len(moves) < _MOST_MOVES:
         moves.append(_transform(node))
         node = _behind(node, "in")
@@ -256,9 +253,9 @@ def _coordinates(shader: UsdShade.Shader) -> Coordinates:
     if not name:
         raise fault(node.GetPrim(), "inputs:varname", "no name", expected="that of a primvar", got=repr(name))
     found = Coordinates(name)
-    for matrix, offset in reversed(moves):
-        found = found.then(matrix, offset)
-    return found
+    for move in reversed(moves):
+        found = found.then(*moved_by(move))
+    return replace(found, placing=moves[0]) if len(moves) == 1 and moves[0] != Placing() else found
 
 
 _MOST_MOVES = 16  # a chain of transforms that is longer is taken for a ring
@@ -271,15 +268,19 @@ def _behind(shader: UsdShade.Shader, name: str) -> UsdShade.Shader:
     return UsdShade.Shader(sources[0].GetPrim()) if len(sources) == 1 else UsdShade.Shader()
 
 
-def _transform(shader: UsdShade.Shader) -> tuple[Floats, Floats]:
-    """UsdTransform2d: in * scale * rotation + translation, counter-clockwise in degrees."""
-    _check_inputs(shader, _TRANSFORM_INPUTS)
-    prim = shader.GetPrim()
-    turn = _get(shader, "rotation")
-    angle = math.radians(check_number(prim, "inputs:rotation", 0.0 if turn is None else turn))
+def moved_by(placing: Placing) -> tuple[Floats, Floats]:
+    """UsdTransform2d: in * scale * rotation + translation, counter-clockwise in degrees; a matrix (2, 2) and a step."""
+    angle = math.radians(placing.rotation)
     cos, sin = math.cos(angle), math.sin(angle)
-    scale, offset = _numbers(shader, "scale", (1.0, 1.0)), _numbers(shader, "translation", (0.0, 0.0))
-    return np.diag(scale) @ np.array([[cos, sin], [-sin, cos]]), np.array(offset)
+    return np.diag(placing.scale) @ np.array([[cos, sin], [-sin, cos]]), np.array(placing.translation)
+
+
+def _transform(shader: UsdShade.Shader) -> Placing:
+    _check_inputs(shader, _TRANSFORM_INPUTS)
+    turn = _get(shader, "rotation")
+    angle = check_number(shader.GetPrim(), "inputs:rotation", 0.0 if turn is None else turn)
+    (s, t), (u, v) = _numbers(shader, "scale", (1.0, 1.0)), _numbers(shader, "translation", (0.0, 0.0))
+    return Placing((s, t), angle, (u, v))
 
 
 def _check_inputs(shader: UsdShade.Shader, known: set[str]) -> None:

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from notabug.scenes_usd.once import once
 from notabug.scenes_usd.view import AS_IT_IS, View, as_text
 
+Wrap = Literal["repeat", "clamp", "mirror", "black"]
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 
@@ -39,13 +40,14 @@ class Texture:
     """A bilinear texture.
 
     ``pixels`` is (h, w, 3), linear, row 0 at the top of the picture, i.e. at v = 1. ``colour_space`` is that of the
-    file: ``raw`` or ``sRGB``; ``pixels`` are decoded.
+    file: ``raw`` or ``sRGB``; ``pixels`` are decoded. Beyond 0..1 an axis repeats the picture, repeats its last texel
+    (``clamp``), has every second picture mirrored, or is ``black``; what is filtered at a border mixes with that.
     """
 
     path: Path
     pixels: Floats
-    wrap_s: Literal["repeat", "clamp"] = "repeat"
-    wrap_t: Literal["repeat", "clamp"] = "repeat"
+    wrap_s: Wrap = "repeat"
+    wrap_t: Wrap = "repeat"
     colour_space: Literal["raw", "sRGB"] = "raw"
 
 
@@ -84,6 +86,15 @@ class Preview:
         return self.metallic_map, self.roughness_map, self.emission_map, self.normal_map
 
 
+@dataclass(frozen=True, slots=True)
+class Placing:
+    """A UsdTransform2d: (u, v) = (s, t) * scale, turned by ``rotation`` degrees counter-clockwise, + translation."""
+
+    scale: tuple[float, float] = (1.0, 1.0)
+    rotation: float = 0.0
+    translation: tuple[float, float] = (0.0, 0.0)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
     """Lambert plus a Phong or Blinn lobe, mirror and transmission; every colour is a (3,) tuple.
@@ -106,6 +117,9 @@ class Material:
     preview: Preview | None = field(
         default=None, metadata={"left out": None}
     )  # of specular, mirror and glass none then
+    placing: Placing | None = field(
+        default=None, metadata={"left out": None}
+    )  # by which the uv of its meshes are moved
 
     @property
     def textures(self) -> frozenset[int]:

@@ -20,7 +20,7 @@ VERSION = 1
 SPLIT: Literal["02"] = "02"  # the diagonal by which n-gons are cut where a format has only triangles
 
 
-_MATERIAL = tuple(each.name for each in fields(Material) if each.name not in ("path", "preview"))
+_MATERIAL = tuple(each.name for each in fields(Material) if each.name not in ("path", "preview", "placing"))
 
 
 def describe(scene: Scene) -> dict[str, object]:

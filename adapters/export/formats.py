@@ -10,17 +10,19 @@ import numpy as np
 
 from notabug.adapters.base import Quality, UnsupportedError
 from notabug.adapters.export.description import describe, sky_name, texture_name
+from notabug.adapters.textures import plain_wraps
 from notabug.scenes_usd.picture import write_png
 from notabug.scenes_usd.scene import Floats, Scene
 
+_EVERY_WRAP = ("usd", "mitsuba")  # formats in which textures are mirrored, and end in black, by themselves
 _POINTS = ("gltf", "pbrt", "povray")  # formats in which lights are written as points and directions alone
 
 
 def export(scene: Scene, kind: str, folder: Path, quality: Quality | None = None) -> Path:
     """Write ``scene`` as ``kind`` (a key of FORMATS) into ``folder``, which exists; the file that a renderer opens.
 
-    Beside it lie ``scene.json`` and the textures as 16-bit PNG and as PFM, both linear. ``quality`` enters only where
-    the format holds samples and seeds (``mitsuba``).
+    Beside it lie ``scene.json`` and the textures as 16-bit PNG and as PFM, both linear; they repeat or are clamped.
+    ``quality`` enters only where the format holds samples and seeds (``mitsuba``).
     """
     odd = next((each for each in scene.lights if not each.is_plain), None)
     if odd is not None and kind in _POINTS:
@@ -30,6 +32,7 @@ def export(scene: Scene, kind: str, folder: Path, quality: Quality | None = None
             expected="point and distant lights",
             do="choose usd, json or mitsuba, or make the light a point (treatAsPoint)",
         )
+    asked, scene = scene, plain_wraps(scene)
     for index, texture in enumerate(scene.textures):
         write_png(folder / texture_name(index, ".png"), texture.pixels)
         write_pfm(folder / texture_name(index, ".pfm"), texture.pixels)
@@ -37,7 +40,7 @@ def export(scene: Scene, kind: str, folder: Path, quality: Quality | None = None
         if light.emitter is not None and light.emitter.texture is not None:
             write_pfm(folder / sky_name(number), light.emitter.texture.pixels)
     (folder / "scene.json").write_text(json.dumps(describe(scene), allow_nan=False), "utf-8")
-    return FORMATS[kind](scene, folder, quality or Quality())
+    return FORMATS[kind](asked if kind in _EVERY_WRAP else scene, folder, quality or Quality())
 
 
 def write_pfm(path: Path, pixels: Floats) -> None:

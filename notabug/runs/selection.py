@@ -135,6 +135,7 @@ QUICK = (
     "texture/uneven_quad",
     "shadow_map/box",
     "normal_maps/bumps",
+    "texture_space/seam",
 )
 """The scene of each class that shows its artifact best and is drawn soon."""
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from notabug.references.models.model import Edit, Model
-from notabug.scenes_usd.scene import Floats, Scene, Texture
+from notabug.scenes_usd.scene import Floats, Scene, Texture, Wrap
 from notabug.scenes_usd.srgb import decode_srgb, encode_srgb
 
 POWER = 2.2  # the exponent that is widely used in the place of sRGB's curve
@@ -23,13 +23,9 @@ def models(scene: Scene) -> Iterator[Model]:
         ("texture_decoded", "the texture is decoded from sRGB once too often", pixels(decode_srgb)),
         ("texture_encoded", "the texture is not decoded from sRGB, or encoded once too often", pixels(encode_srgb)),
         ("texture_channels_swapped", "red and blue of the texture are exchanged", pixels(lambda each: each[..., ::-1])),
-        (
-            "texture_wrap",
-            "the texture repeats where it should be clamped, or the other way round",
-            _textures(_unwrapped),
-        ),
     ]
     used = {scene.materials[shape.material].texture for shape in scene.objects} - {-1}
+    changes += [("texture_wrap", claim, edit) for claim, edit in _wraps(scene, used)]
     if any(scene.textures[each].colour_space == "sRGB" for each in used):
         claim = f"the texture is decoded by the power {POWER}, not by sRGB's curve"
         changes.append(("texture_decoded_by_power", claim, _textures(_by_power)))
@@ -59,9 +55,28 @@ def _by_power(texture: Texture) -> Texture:
     return replace(texture, pixels=np.ascontiguousarray(encode_srgb(texture.pixels) ** POWER))
 
 
-def _unwrapped(texture: Texture) -> Texture:
-    return replace(
-        texture,
-        wrap_s="repeat" if texture.wrap_s == "clamp" else "clamp",
-        wrap_t="repeat" if texture.wrap_t == "clamp" else "clamp",
-    )
+_HOW: dict[Wrap, str] = {
+    "repeat": "repeats",
+    "clamp": "is clamped",
+    "mirror": "is mirrored",
+    "black": "is black beyond its border",
+}
+
+
+def _wraps(scene: Scene, used: set[int]) -> Iterator[tuple[str, Edit]]:
+    """Every other wrap mode than the textures ``used`` have, where it shows; and those of the two axes exchanged."""
+    modes = {(scene.textures[index].wrap_s, scene.textures[index].wrap_t) for index in used}
+    apart = leaves(scene)
+    for mode, how in _HOW.items():
+        # within 0..1 what is mirrored is what is clamped
+        if modes != {(mode, mode)} and (apart or mode != "mirror"):
+            yield f"the texture {how} on both axes", _textures(lambda each, m=mode: replace(each, wrap_s=m, wrap_t=m))  # type: ignore[misc]
+    if any(s != t for s, t in modes):
+        exchanged = _textures(lambda each: replace(each, wrap_s=each.wrap_t, wrap_t=each.wrap_s))
+        yield "the texture's wrap modes of u and v are exchanged", exchanged
+
+
+def leaves(scene: Scene) -> bool:
+    """Whether a texture is looked up beyond 0..1."""
+    shown = (each.uv for each in scene.meshes if scene.materials[each.material].texture >= 0)
+    return any(uv is not None and uv.size and (uv.min() < 0.0 or uv.max() > 1.0) for uv in shown)

@@ -15,7 +15,10 @@ enum class TransparentShadows { attenuate, opaque, free, glass };
 enum class Ties { nearest, first, another, unlit, blend, hole, next };
 enum class GouraudShadows { corners, pixels, none };
 enum class GapLoses { crossings, objects };
-enum class Texels { bilinear, nearest };
+enum class TexelFilter { bilinear, nearest };
+enum class TexelBorder { wrapped, clamped };
+enum class NegativeUv { floor, mirrored, clamped, truncated, truncated_up };
+enum class TexelDecoding { before, after };
 enum class Start { exact, none, absolute, relative, error_bound };
 enum class Falloff { square, linear, none };
 enum class ShadowRays { bounded, unbounded, culled };
@@ -23,6 +26,16 @@ enum class MappedAway { keep, flip, black, raised };
 enum class BumpLight { cut, lit, softened, softened_diffuse, tamed };
 enum class Tangents { triangle, interpolated, cotangent, right_handed, world };
 enum class ShadowMap { none, acne, dark_edge, detached, lit_edge, reversed, moved };
+
+// How textures are looked up: see shade.h.
+struct Texels {
+    TexelFilter filter = TexelFilter::bilinear;
+    TexelBorder border = TexelBorder::wrapped;
+    NegativeUv negative = NegativeUv::floor;
+    TexelDecoding decoding = TexelDecoding::before;
+    int bits = 0;  // of the weights; 0: as many as the number has
+    int up = 0;    // which weights are rounded up, else down: 1 across, 2 along, 3 both
+};
 
 struct Options {
     Shadows shadows = Shadows::forgiving;
@@ -59,7 +72,7 @@ struct Options {
     double sphere_error = 0.0;
     int bounces = 8;
     bool counted_passages = false;
-    Texels texels = Texels::bilinear;
+    Texels texels;
     MappedAway mapped_away = MappedAway::keep;
     BumpLight bump_light = BumpLight::cut;
     Tangents tangents = Tangents::triangle;

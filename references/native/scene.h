@@ -100,8 +100,10 @@ struct Quads {
     const QuadPoints<T>* points = nullptr;
 };
 
+enum Wrap : std::int64_t { repeats = 0, clamps = 1, mirrors = 2, is_black = 3 };
+
 struct TextureInfo {
-    std::int64_t first, width, height, wrap_s, wrap_t;  // wrap: 0 repeats, 1 clamps
+    std::int64_t first, width, height, wrap_s, wrap_t;  // see Wrap
 };
 
 template <class T>

@@ -48,33 +48,83 @@ inline Vec3<T> screen_weights(const Scene<T>& scene, int i, T b0, T b1, T b2) {
     return {b0 * z0 / total, b1 * z1 / total, b2 * z2 / total};
 }
 
-inline std::int64_t wrapped(std::int64_t index, std::int64_t size, std::int64_t clamp) {
-    if (clamp) return std::min(std::max<std::int64_t>(index, 0), size - 1);
-    const std::int64_t rest = index % size;
-    return rest < 0 ? rest + size : rest;
+// The texel that `index` stands for on an axis of `size` texels, or -1 beyond the border of a black one.
+inline std::int64_t wrapped(std::int64_t index, std::int64_t size, std::int64_t wrap) {
+    if (wrap == clamps) return std::min(std::max<std::int64_t>(index, 0), size - 1);
+    if (wrap == is_black) return index < 0 || index >= size ? -1 : index;
+    const std::int64_t period = wrap == mirrors ? 2 * size : size;
+    std::int64_t rest = index % period;
+    if (rest < 0) rest += period;
+    return rest < size ? rest : period - 1 - rest;
+}
+
+// Two neighbouring texels on one axis, and the share of the second.
+template <class T>
+struct TexelPair {
+    std::int64_t a, b;
+    T share;
+};
+
+// The texels on both sides of the place `x`, which counts texels from the first one's edge. What renderers do otherwise:
+//
+// - the border is `clamped`: the place is brought into the picture first, so that the first texel and the last do not mix;
+// - the share has few bits, as that of graphics hardware;
+// - negative places are `mirrored` (their absolute value) or `clamped` to the first texel; or a place is rounded to a
+//   texel towards zero, not down, so that it is one too far: `truncated` where rows count from the top, `truncated_up`
+//   where they do from the bottom. These are coding errors.
+template <class T>
+inline TexelPair<T> texel_pair(T x, std::int64_t size, std::int64_t wrap, Texels texels, int axis) {
+    if (x < 0 && texels.negative == NegativeUv::mirrored) x = -x;
+    if (x < 0 && texels.negative == NegativeUv::clamped) x = T(0);
+    if (texels.border == TexelBorder::clamped && wrap == repeats) {
+        x -= static_cast<T>(size) * std::floor(x / static_cast<T>(size));
+        wrap = clamps;
+    }
+    x -= T(0.5);
+    if (texels.filter == TexelFilter::nearest) x = std::floor(x + T(0.5));
+    std::int64_t index = whole(x);
+    T share = x - static_cast<T>(index);
+    if (texels.negative >= NegativeUv::truncated && x < 0 && share > 0) ++index;
+    if (texels.bits > 0) {
+        const T steps = std::ldexp(T(1), texels.bits);
+        share = ((texels.up >> axis) & 1 ? std::ceil(share * steps) : std::floor(share * steps)) / steps;
+    }
+    return {wrapped(index, size, wrap), wrapped(index + 1, size, wrap), share};
+}
+
+// sRGB's curve (IEC 61966-2-1).
+template <class T>
+inline T decoded(T x) {
+    return x <= T(0.04045) ? x / T(12.92) : std::pow((x + T(0.055)) / T(1.055), T(2.4));
 }
 
 // Bilinear lookup of texture `k` at (u, v), or its nearest texel; texel centres lie at half-integers, v = 0 is the bottom
-// edge.
+// edge. Decoding `after` the lookup is of texels that are encoded.
 template <class T>
 inline Vec3<T> texel(const Textures<T>& textures, int k, T u, T v, Texels texels) {
     const TextureInfo& info = textures.info[k];
-    T x = u * static_cast<T>(info.width) - T(0.5);
-    T y = (1 - v) * static_cast<T>(info.height) - T(0.5);
-    if (texels == Texels::nearest) x = std::floor(x + T(0.5)), y = std::floor(y + T(0.5));
-    const std::int64_t fx = whole(x), fy = whole(y);
-    const T ax = x - static_cast<T>(fx), ay = y - static_cast<T>(fy);
-    const std::int64_t x0 = wrapped(fx, info.width, info.wrap_s), x1 = wrapped(fx + 1, info.width, info.wrap_s);
-    const std::int64_t y0 = wrapped(fy, info.height, info.wrap_t), y1 = wrapped(fy + 1, info.height, info.wrap_t);
-    const Vec3<T>* below = textures.texels + info.first + y0 * info.width;
-    const Vec3<T>* above = textures.texels + info.first + y1 * info.width;
-    return ((1 - ax) * (1 - ay)) * below[x0] + (ax * (1 - ay)) * below[x1] + ((1 - ax) * ay) * above[x0] +
-           (ax * ay) * above[x1];
+    const T width = static_cast<T>(info.width), height = static_cast<T>(info.height);
+    const TexelPair<T> x = texel_pair(u * width, info.width, info.wrap_s, texels, 0);
+    TexelPair<T> y;
+    if (texels.negative == NegativeUv::floor || texels.negative == NegativeUv::truncated) {
+        y = texel_pair((1 - v) * height, info.height, info.wrap_t, texels, 1);
+    } else {  // of who counts rows from the bottom; every wrap mode is the same in both directions
+        y = texel_pair(v * height, info.height, info.wrap_t, texels, 1);
+        for (std::int64_t* row : {&y.a, &y.b})
+            if (*row >= 0) *row = info.height - 1 - *row;
+    }
+    const auto at = [&](std::int64_t column, std::int64_t row) {
+        return column < 0 || row < 0 ? Vec3<T>{0, 0, 0} : textures.texels[info.first + row * info.width + column];
+    };
+    const Vec3<T> mixed = ((1 - x.share) * (1 - y.share)) * at(x.a, y.a) + (x.share * (1 - y.share)) * at(x.b, y.a) +
+                          ((1 - x.share) * y.share) * at(x.a, y.b) + (x.share * y.share) * at(x.b, y.b);
+    if (texels.decoding == TexelDecoding::before) return mixed;
+    return {decoded(mixed.x), decoded(mixed.y), decoded(mixed.z)};
 }
 
 // The diffuse colour of `material` at (u, v).
 template <class T>
-inline Vec3<T> albedo(const Scene<T>& scene, int material, T u, T v, Texels texels = Texels::bilinear) {
+inline Vec3<T> albedo(const Scene<T>& scene, int material, T u, T v, Texels texels = {}) {
     if (scene.textures.info && scene.texture[material] >= 0)
         return texel(scene.textures, scene.texture[material], u, v, texels);
     return scene.diffuse[material];

@@ -28,7 +28,7 @@ inline Unit<T> place_in_sky(const Vec3<T>& w) {
 template <class T>
 inline Vec3<T> sky(const Skies<T>& skies, int k, const Vec3<T>& w) {
     const Unit<T> place = place_in_sky(w);
-    return texel(skies.pictures, k, place.a, T(1) - place.b, Texels::bilinear);
+    return texel(skies.pictures, k, place.a, T(1) - place.b, Texels{});
 }
 
 // The density over solid angle of the directions that follow the picture, along w: that over the picture, which is bilinear

@@ -7,6 +7,18 @@
 
 namespace notabug {
 
+inline Texels texels_of(const py::handle& from) {
+    Texels to;
+    to.filter = choice<TexelFilter, 2>(from, "texels", {"bilinear", "nearest"});
+    to.border = choice<TexelBorder, 2>(from, "texel_border", {"wrapped", "clamped"});
+    to.negative = choice<NegativeUv, 5>(
+        from, "negative_uv", {"floor", "mirrored", "clamped", "truncated", "truncated_up"});
+    to.decoding = choice<TexelDecoding, 2>(from, "texel_decoding", {"before", "after"});
+    to.bits = from.attr("texel_bits").cast<int>();
+    to.up = from.attr("texel_up").cast<int>();
+    return to;
+}
+
 inline Options options_of(const py::handle& from) {
     Options to;
     to.shadows = choice<Shadows, 4>(from, "shadows", {"forgiving", "facets", "planes", "none"});
@@ -45,7 +57,6 @@ inline Options options_of(const py::handle& from) {
     to.sphere_error = from.attr("sphere_error").cast<double>();
     to.bounces = from.attr("bounces").cast<int>();
     to.counted_passages = from.attr("counted_passages").cast<bool>();
-    to.texels = choice<Texels, 2>(from, "texels", {"bilinear", "nearest"});
     to.mapped_away = choice<MappedAway, 4>(from, "mapped_away", {"keep", "flip", "black", "raised"});
     to.bump_light =
         choice<BumpLight, 5>(from, "bump_light", {"cut", "lit", "softened", "softened_diffuse", "tamed"});
@@ -53,6 +64,7 @@ inline Options options_of(const py::handle& from) {
         from, "tangents", {"triangle", "interpolated", "cotangent", "right_handed", "world"});
     to.raw_mapped = from.attr("raw_mapped").cast<bool>();
     to.bumps_behind = from.attr("bumps_behind").cast<bool>();
+    to.texels = texels_of(from);
     to.shadow_map = choice<ShadowMap, 7>(
         from, "shadow_map", {"none", "acne", "dark_edge", "detached", "lit_edge", "reversed", "moved"});
     to.map_lights = from.attr("map_lights").cast<std::int64_t>();

@@ -40,7 +40,7 @@ class Textures(NamedTuple):
     """All textures end to end: texel k of a picture is ``texels[first + k]``, row 0 at v = 1."""
 
     texels: Array  # (n, 3)
-    info: Array  # (textures, 5) int64: first, width, height, wrap_s, wrap_t (0 repeat, 1 clamp)
+    info: Array  # (textures, 5) int64: first, width, height, wrap_s, wrap_t by their place in WRAPS
 
 
 class Spheres(NamedTuple):
@@ -335,13 +335,16 @@ def _unit(vectors: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
+WRAPS = ("repeat", "clamp", "mirror", "black")  # in the order of Wrap in references/native/scene.h
+
+
 def _textures(scene: Scene, real: Real) -> Textures | None:
     if not scene.textures:
         return None
     info, first = [], 0
     for each in scene.textures:
         height, width = each.pixels.shape[:2]
-        info.append((first, width, height, each.wrap_s == "clamp", each.wrap_t == "clamp"))
+        info.append((first, width, height, WRAPS.index(each.wrap_s), WRAPS.index(each.wrap_t)))
         first += width * height
     texels = np.concatenate([each.pixels.reshape(-1, 3) for each in scene.textures])
     return Textures(real(texels), np.array(info, np.int64))

@@ -53,6 +53,14 @@ class Options:
         where the ray leaves the same object again, too (``objects``).
     ray_gap : so does a mirror ray, a refracted one, and one that goes straight on, of where it starts.
     texels : a texture is read ``bilinear`` between its texels, or the ``nearest`` one counts.
+    texel_border : where a texture repeats its last texels mix with its first (``wrapped``), or coordinates are brought
+        into the picture first and its border is ``clamped``.
+    texel_bits, texel_up : the weights of texels are multiples of 2^-texel_bits (0: any number), rounded down, or up
+        across the picture (1), along it (2), both ways (3).
+    texel_decoding : an sRGB texture is decoded ``before`` its texels are mixed, or ``after``: then texels are encoded.
+    negative_uv : three faults. Negative coordinates are ``mirrored`` or ``clamped`` at 0; or a coordinate is rounded
+        towards zero where it should be rounded down: ``truncated`` where rows count from the top, else
+        ``truncated_up``.
     bounces, counted_passages : how many mirror and refracted rays a path may have one after the other; straight
         passages through opacity count as well, or do not.
     start : how a ray leaves a surface: see start.py. ``epsilon`` is the length of ``absolute``, and what ``relative``
@@ -121,6 +129,11 @@ class Options:
     tangents: Literal["triangle", "interpolated", "cotangent", "right_handed", "world"] = "triangle"
     raw_mapped: bool = False
     bumps_behind: bool = False
+    texel_border: Literal["wrapped", "clamped"] = "wrapped"
+    texel_bits: int = 0
+    texel_up: int = 0
+    texel_decoding: Literal["before", "after"] = "before"
+    negative_uv: Literal["floor", "mirrored", "clamped", "truncated", "truncated_up"] = "floor"
     shadow_map: Literal["none", "acne", "dark_edge", "detached", "lit_edge", "reversed", "moved"] = "none"
     map_lights: int = -1
     map_width: float = 1.0

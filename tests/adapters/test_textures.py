@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ def test_repeated_texture_is_left_alone() -> None:
     assert (grown.b == 0).all()
 
 
-@pytest.mark.parametrize("wraps", [("clamp", "clamp"), ("clamp", "repeat"), ("repeat", "repeat")])
+@pytest.mark.parametrize("wraps", product(("repeat", "clamp", "mirror", "black"), repeat=2))
 def test_a_scene_whose_textures_are_all_repeated_looks_the_same(stage: Any, wraps: Any) -> None:
     texture = Texture(Path("t.png"), np.random.default_rng(1).random((3, 4, 3)), *wraps)
     uv = np.array([[-0.7, -0.2], [1.4, -0.2], [1.4, 1.6], [-0.7, 1.6]])

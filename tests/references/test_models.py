@@ -45,7 +45,7 @@ NORMALS = {
 UV = {
     "affine_uv", "swapped_uv", "flipped_v", "shifted_uv",
     "texture_decoded", "texture_encoded", "texture_channels_swapped", "texture_wrap", "texel_centre", "texture_nearest",
-    "nearest_texel",
+    "nearest_texel", "texel_weights",
 }  # fmt: skip
 
 
@@ -114,6 +114,7 @@ def test_a_split_is_named_after_its_diagonal(split: str, limitations: set[str]) 
         "shadow_map_steps",
         "shadow_map_detached",
         "subpixel_grid",
+        "texel_weights",
         *MESHES,
     }
     found = [each for each in models(scene) if each.kind == "limitation" and each.name not in anywhere]
@@ -129,7 +130,8 @@ def test_where_a_split_moves_no_uv_there_is_none(make: Any) -> None:
     textured = Material("/Textured", (0.0, 0, 0), 0)
     camera, light = make.camera((0, 0, 4), (0, 0, 0)), make.point((0, 0, 4))
     flat = make.scene([make.rectangle(0, 1, uv=uv)], [light], camera, materials=(textured,), textures=(texture,))
-    assert names(flat) == LIGHT | MESHES | POINT - {"albedo"} | UV | FACES
+    border = {"border_not_filtered", "border_filter_lost"}  # the texture repeats, and is seen up to its border
+    assert names(flat) == LIGHT | MESHES | POINT - {"albedo"} | UV | FACES | border
     bent = make.rectangle(0, 1, uv=[*uv[:3], (0.2, 0.8)])
     assert "quad_split_02" in names(replace(flat, objects=(bent,)))
 

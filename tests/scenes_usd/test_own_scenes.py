@@ -186,6 +186,16 @@ def test_left_handed_faces_are_turned_round(files: dict[str, Path]) -> None:
     assert turned.corners[:4].tolist() == plain.corners[:4][[0, 3, 2, 1]].tolist()
 
 
+def wrapped(index: int, size: int, wrap: str) -> int | None:
+    """The texel that an index stands for; None where it is black."""
+    if wrap == "black":
+        return index if 0 <= index < size else None
+    if wrap == "clamp":
+        return min(max(index, 0), size - 1)
+    times, rest = divmod(index, size)
+    return size - 1 - rest if wrap == "mirror" and times % 2 else rest
+
+
 def lookup(scene: Scene, at: tuple[float, float]) -> Any:
     """The texture's colour at the square's own coordinates ``at``, bilinear, by the scene's arrays alone."""
     (mesh,) = meshes(scene)
@@ -199,9 +209,9 @@ def lookup(scene: Scene, at: tuple[float, float]) -> Any:
     total = np.zeros(3)
     for row, share_y in ((j, 1 - (y - j)), (j + 1, y - j)):
         for column, share_x in ((i, 1 - (x - i)), (i + 1, x - i)):
-            r = row % height if texture.wrap_t == "repeat" else min(max(row, 0), height - 1)
-            c = column % width if texture.wrap_s == "repeat" else min(max(column, 0), width - 1)
-            total += share_x * share_y * texture.pixels[r, c]
+            r, c = wrapped(row, height, texture.wrap_t), wrapped(column, width, texture.wrap_s)
+            if r is not None and c is not None:
+                total += share_x * share_y * texture.pixels[r, c]
     return total
 
 

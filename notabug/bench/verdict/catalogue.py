@@ -174,6 +174,9 @@ FAULTS = (
     Fault("normal_red_flipped", "normal maps"),
     Fault("normal_map_ignored", "normal maps"),
     Fault("mapped_normal_not_normalised", "normal maps"),
+    Fault("negative_uv", "texture"),
+    Fault("border_filter_lost", "texture"),
+    Fault("seam_welded", "texture"),
     # camera
     Fault("field_of_view", "camera", (1.002, 1.01, 1.1)),
     Fault("field_of_view_axis", "camera", stage="wide"),
