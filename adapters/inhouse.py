@@ -31,6 +31,9 @@ class InHouse:
     ties : of surfaces in one place the ``nearest`` by rounding is seen, or the ``first`` of the scene.
     start, epsilon, refine, offset : where rays start, as in ``Options``: each workaround of surface acne, and of the
         terminator problem, with its caveats.
+    light_grid : points along each side of a rectangular light to which shadow rays go; 0: it is integrated.
+    shadow_bias, shadow_normal_bias : what shadow rays meet nearer than that is passed over, and how far along the
+        normal they start.
     """
 
     name: str = "inhouse"
@@ -43,6 +46,9 @@ class InHouse:
     epsilon: float = 0.0
     refine: bool = False
     offset: float = 0.0
+    light_grid: int = 0
+    shadow_bias: float = 0.0
+    shadow_normal_bias: float = 0.0
     install: str = "part of notabug"
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
@@ -85,6 +91,10 @@ class InHouse:
             crossings="each",
             coordinates=self.precision,
             sphere_roots="stable",
+            light_grid=self.light_grid,
+            light_grid_shadow="each",
+            shadow_bias=self.shadow_bias or -1.0,
+            shadow_normal_bias=self.shadow_normal_bias or -1.0,
         )
 
     def find(self) -> Found:
@@ -107,6 +117,12 @@ class InHouse:
         configured_scene, options = configured(drawn, chosen)
         ties = options.ties if options.ties != "first" else self.ties
         switches = {"start": self.start, "epsilon": self.epsilon, "refine": self.refine, "offset": self.offset}
+        if self.light_grid:
+            switches["light_grid"] = self.light_grid
+        if self.shadow_bias:
+            switches["shadow_gap"] = self.shadow_bias
+        if self.shadow_normal_bias:
+            switches["shadow_lift"] = self.shadow_normal_bias
         for each in chosen:  # a fault's own switches win
             switches |= {key: value for key, value in each.options.items() if key in switches}
         options = replace(options, ties=ties, **switches)  # type: ignore[arg-type]

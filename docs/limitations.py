@@ -37,6 +37,7 @@ ELSEWHERE = {
     "shadow_map_acne": "three.js and Panda3D without a bias; no renderer here is asked for shadow maps",
     "shadow_map_steps": "every renderer with shadow maps, three.js, pygfx and Filament among them; as above",
     "shadow_map_detached": "three.js with the bias that its manual advises; as above",
+    "light_leak": "renderers whose shadow rays have one bias for all scenes; none here has",
     "flat_interpolation": "VTK draws flat facets when asked to; here normals are exported to every renderer",
 }
 

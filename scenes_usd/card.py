@@ -16,6 +16,7 @@ CLASSES = (
     "visibility",
     "texture",
     "shadow_map",
+    "area_shadows",
     "calibration",
 )
 

@@ -134,6 +134,7 @@ QUICK = (
     "visibility/coincident_planes",
     "texture/uneven_quad",
     "shadow_map/box",
+    "area_shadows/penumbra",
 )
 """The scene of each class that shows its artifact best and is drawn soon."""
 
