@@ -104,7 +104,13 @@ class Declaration:
     shadow_bias, shadow_normal_bias : by how much what a map holds must be nearer to the light than a point that it
         shadows, and by how much the point is moved along its normal before, both in the scene's unit; -1: as the
         scene's lights say, else unknown.
+        Of shadow rays, which start on the surface where neither is said: what they meet nearer than shadow_bias is
+        passed over, and they start shadow_normal_bias along the normal.
     shadow_filter : a point is in shadow or not by its ``nearest`` texel, or in part by those around it (``linear``).
+    light_grid : by how many points along each side a rectangular light is drawn, the same from everywhere: the middles
+        of n x n equal parts of it; 0: it is integrated, or sampled anew at each place; -1: unknown.
+    light_grid_shadow : of these points, ``each`` is seen or not by itself, or the light of all of them is multiplied by
+        the ``share`` of them that is seen.
     bounces : how many mirror and refracted rays it follows one after the other, 0 to 8; -1: unknown. 8 is the contract.
     bounces_count : what counts as a bounce: mirror and refracted rays (``reflections``), or straight passages through
         opacity as well (``passages``).
@@ -160,6 +166,8 @@ class Declaration:
     shadow_bias: float = -1.0
     shadow_normal_bias: float = -1.0
     shadow_filter: Literal["nearest", "linear"] = "nearest"
+    light_grid: int = 0
+    light_grid_shadow: Literal["each", "share", "unknown"] = "unknown"
     bounces: int = 8
     bounces_count: Literal["reflections", "passages", "unknown"] = "unknown"
     crossings: Literal["each", "once", "unknown"] = "unknown"

@@ -14,6 +14,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from notabug.adapters import settings
 from notabug.adapters.base import Apart, Declaration
 from notabug.adapters.config import ConfigError, Table
+from notabug.references.models.area_light import LARGEST_GRID
 from notabug.scenes_usd.nearest import instead_of
 from notabug.scenes_usd.picture_numbers import NUMBERS
 
@@ -55,15 +56,22 @@ _UNSAID = CAPABILITIES - {
 
 # What a table's renderer does where the table does not say: as the contract has it, or as far as that differs from
 # renderer to renderer, unknown. Of a picture of unknown making everything is.
-_OF_A_TABLE: dict[str, Any] = {"precision": "float32", "filter": "unknown", "noisy": None, "bounces": -1}
+_OF_A_TABLE: dict[str, Any] = {
+    "precision": "float32",
+    "filter": "unknown",
+    "noisy": None,
+    "bounces": -1,
+    "light_grid": -1,
+}
 _OF_A_PICTURE = {
     name: "unknown"
     for name, hint in _HINTS.items()
     if get_origin(hint) is Literal and "unknown" in get_args(hint) and name != "filter"
-} | {"bounces": -1}
+} | {"bounces": -1, "light_grid": -1}
 SMALLEST_WHITE = 1e-6  # radiance: below it no picture of the corpus shows anything
 _MOST = {
     "bounces": 8,
+    "light_grid": LARGEST_GRID,
     "subpixel_bits": 16,
     "texture_bits": 16,
     "samples": 1 << 20,
@@ -75,7 +83,9 @@ _MOST = {
     "shadow_bias": 1e9,
     "shadow_normal_bias": 1e9,
 }
-_UNKNOWN = frozenset({"bounces", "hit_error", "epsilon", *(name for name in _MOST if name.startswith("shadow_"))})
+_UNKNOWN = frozenset(
+    {"bounces", "light_grid", "hit_error", "epsilon", *(name for name in _MOST if name.startswith("shadow_"))}
+)
 """Numbers of which -1 says that they are unknown."""
 
 

@@ -34,6 +34,9 @@ class InHouse:
         terminator problem, with its caveats.
     texture_border, texture_decoding, texture_bits, uv_seam : how textures are looked up, as it then declares: what
         graphics hardware, atlases and meshes with one texture coordinate a point do.
+    light_grid : points along each side of a rectangular light to which shadow rays go; 0: it is integrated.
+    shadow_bias, shadow_normal_bias : what shadow rays meet nearer than that is passed over, and how far along the
+        normal they start.
     """
 
     name: str = "inhouse"
@@ -50,6 +53,9 @@ class InHouse:
     texture_decoding: Literal["before", "after"] = "before"
     texture_bits: int = 0
     uv_seam: Literal["split", "first", "last"] = "split"
+    light_grid: int = 0
+    shadow_bias: float = 0.0
+    shadow_normal_bias: float = 0.0
     install: str = "part of notabug"
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
@@ -100,6 +106,10 @@ class InHouse:
             crossings="each",
             coordinates=self.precision,
             sphere_roots="stable",
+            light_grid=self.light_grid,
+            light_grid_shadow="each",
+            shadow_bias=self.shadow_bias or -1.0,
+            shadow_normal_bias=self.shadow_normal_bias or -1.0,
         )
 
     def find(self) -> Found:
@@ -128,6 +138,12 @@ class InHouse:
         configured_scene, options = configured(drawn, chosen)
         ties = options.ties if options.ties != "first" else self.ties
         switches = {"start": self.start, "epsilon": self.epsilon, "refine": self.refine, "offset": self.offset}
+        if self.light_grid:
+            switches["light_grid"] = self.light_grid
+        if self.shadow_bias:
+            switches["shadow_gap"] = self.shadow_bias
+        if self.shadow_normal_bias:
+            switches["shadow_lift"] = self.shadow_normal_bias
         for each in chosen:  # a fault's own switches win
             switches |= {key: value for key, value in each.options.items() if key in switches}
         options = replace(options, ties=ties, **switches)  # type: ignore[arg-type]

@@ -24,8 +24,11 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, RendererMissingError
 from notabug.adapters.bracketing import bracketed, bracketed_in_16_bits, subsamples_along
+from notabug.adapters.config import ConfigError
 from notabug.adapters.job_folder import job_folder, picture_path
 from notabug.adapters.povray_scene import (
+    LIGHT_GRID,
+    LIGHT_GRIDS,
     MAX_TRACE_LEVEL,
     Image,
     needs_channels,
@@ -60,6 +63,7 @@ class PovRay:
     ----------
     command : name on PATH, or path, of the program.
     shadows : False draws the scene as if no object cast a shadow; a fault to be detected, for tests.
+    light_grid : points along each side of a rectangular light, a power of two up to 16; see ``povray_scene``.
     keep_jobs : keep the folder with the scene text, the textures and the PNG of every job.
     edit : what is done to the scene text before POV-Ray reads it: how the generality bench makes its faults.
     """
@@ -67,13 +71,23 @@ class PovRay:
     name: str = "povray"
     command: str = "povray"
     shadows: bool = True
+    light_grid: int = LIGHT_GRID
     keep_jobs: bool = False
     edit: Callable[[str], str] = str
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
-        | {"coloured_highlight", "mirror", "transmission", "shadows", "orthographic", "aperture_offset"}
+        | {"coloured_highlight", "mirror", "transmission", "shadows", "orthographic", "aperture_offset", "rect_light"}
     )
     install: str = "apt install povray"
+
+    def __post_init__(self) -> None:
+        if self.light_grid not in LIGHT_GRIDS:
+            raise ConfigError(
+                "light_grid",
+                where=f"adapter {self.name!r}",
+                expected=f"one of {', '.join(map(str, LIGHT_GRIDS))}: POV-Ray quarters a light again and again",
+                got=str(self.light_grid),
+            )
 
     def declaration(self, quality: Quality) -> Declaration:
         return replace(
@@ -92,6 +106,8 @@ class PovRay:
             crossings="once",
             coordinates="float32",  # of meshes
             epsilon=EPSILON,
+            light_grid=self.light_grid,
+            light_grid_shadow="share",
             sphere_roots="discriminant",
         )
 
@@ -167,7 +183,14 @@ class _Shots:
         text, picture = self.folder / f"shot{number}.pov", self.folder / f"shot{number}.png"
         ini = self.folder / "empty.ini"
         ini.touch()
-        told = scene_text(self.scene, gain=gain, shadows=self.adapter.shadows, images=self.images, channel=channel)
+        told = scene_text(
+            self.scene,
+            gain=gain,
+            shadows=self.adapter.shadows,
+            images=self.images,
+            channel=channel,
+            light_grid=self.adapter.light_grid,
+        )
         text.write_text(self.adapter.edit(told), "ascii")
         side = subsamples_along(self.quality)
         width, height = self.scene.width * side, self.scene.height * side

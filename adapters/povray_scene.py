@@ -8,6 +8,12 @@ What POV-Ray does, measured with 3.7.0.10, and what is written for it:
 - Point light: ``fade_power 2 fade_distance fd`` gives colour * 2 / (1 + (d / fd)^2), so the colour I / (2 pi fd^2) is
   inverse square but for the factor 1 - (fd / d)^2. fd is 1e-6 of the distance to the farthest corner of the scene's
   bounds: 1e-6 relative error at a thousandth of that distance. Below 1e-10 POV-Ray takes fd for 0, no fall-off.
+- Rectangular light: ``area_light`` with ``area_illumination on``, without ``adaptive`` and ``jitter``: n x n point
+  lights that share the colour, the outermost at the ends of its axes. So the axes are (n - 1) / n of the light's, and
+  the points in the middles of n x n equal parts. ``spotlight`` with ``radius 90 falloff 90 tightness 1`` is the
+  cosine at each of them and nothing behind; ``fade_distance`` is of each, too. Without shadows that is the sum over n
+  x n points to 3e-5. In a penumbra it is this sum times the share of the points that are seen, to the output's step:
+  whichever they are. POV-Ray counts them by quarters of quarters, so that they weigh alike where n is a power of two.
 - Distant light: ``parallel`` from outside the bounds is exact to the output's step.
 - Highlights: ``phong p phong_size n`` is p * max(R.L, 0)^n, ``specular s roughness 1/n`` is s * max(N.H, 0)^n, both cut
   where N.L < 0, neither times N.L, and right to the output's step up to n = 1e5. ``transmit`` leaves them alone, so
@@ -41,12 +47,15 @@ import numpy.typing as npt
 
 from notabug.adapters.base import UnsupportedError
 from notabug.adapters.textures import grow, shown_uv
+from notabug.scenes_usd.emitters import area, side
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.picture import write_png
 from notabug.scenes_usd.scene import Camera, Floats, Light, Material, Mesh, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
 
 MAX_TRACE_LEVEL = 9  # eight bounces and the camera's ray
+LIGHT_GRID = 4  # points along each side of a rectangular light, as many scenes of POV-Ray's users have
+LIGHT_GRIDS = (2, 4, 8, 16)
 _REACH = 1e-6  # fade_distance over the distance to the scene's farthest corner
 _ALIKE = 1e-5  # normals closer than this are one to POV-Ray
 _LEAST_EXPONENT = 1e-20  # as ``roughness`` it has no 0; any cosine of a double to the power of this is 1
@@ -70,11 +79,13 @@ def scene_text(
     shadows: bool = True,
     images: Mapping[int, Image] = {},
     channel: int | None = None,
+    light_grid: int = LIGHT_GRID,
 ) -> str:
     """The scene with every light multiplied by ``gain``; without ``shadows`` no object casts one.
 
     ``images`` are those of ``texture_images``, in files ``texture<index>.png`` beside the text. With a ``channel``
-    (0, 1, 2) only that one of the picture's will be right: see ``needs_channels``.
+    (0, 1, 2) only that one of the picture's will be right: see ``needs_channels``. Rectangular lights are
+    ``light_grid`` points along each side.
     """
     lo, hi = bounds(scene)
     parts = [
@@ -82,7 +93,7 @@ def scene_text(
         f"global_settings {{ assumed_gamma 1 ambient_light 0 max_trace_level {MAX_TRACE_LEVEL} adc_bailout 0 }}",
         "background { rgb 0 }",
         _camera(scene.camera),
-        *(_light(light, gain, lo, hi) for light in scene.lights),
+        *(_light(light, gain, lo, hi, light_grid) for light in scene.lights),
     ]
     for shape in scene.objects:
         material = scene.materials[shape.material]
@@ -164,8 +175,8 @@ def _camera(camera: Camera) -> str:
     )
 
 
-def _light(light: Light, gain: float, lo: Floats, hi: Floats) -> str:
-    power = np.asarray(light.intensity) * gain
+def _light(light: Light, gain: float, lo: Floats, hi: Floats, points: int) -> str:
+    power = np.asarray(light.intensity) * gain * (area(light) if light.kind == "rect" else 1.0)
     if light.kind == "distant":
         centre, size = (lo + hi) / 2.0, float(np.linalg.norm(hi - lo)) or 1.0
         far = centre - 4.0 * size * np.asarray(light.direction)
@@ -175,7 +186,19 @@ def _light(light: Light, gain: float, lo: Floats, hi: Floats) -> str:
     fade = max(_REACH * reach, _LEAST_FADE)
     return (
         f"light_source {{ {_vector(position)} rgb {_vector(power / (2.0 * np.pi * fade**2))} "
-        f"fade_power 2 fade_distance {_number(fade)} }}"
+        f"{_points_of(light, points)}fade_power 2 fade_distance {_number(fade)} }}"
+    )
+
+
+def _points_of(light: Light, points: int) -> str:
+    """What makes ``points`` x ``points`` spot lights of a rectangle; "" of a point light."""
+    if light.kind != "rect" or light.emitter is None:
+        return ""
+    ahead = np.asarray(light.position) + side(light.emitter)
+    across, up = (2.0 * (points - 1) / points * light.emitter.axes[row] for row in (0, 1))
+    return (
+        f"spotlight point_at {_vector(ahead)} radius 90 falloff 90 tightness 1 "
+        f"area_light {_vector(across)} {_vector(up)} {points} {points} area_illumination on "
     )
 
 

@@ -44,6 +44,7 @@ ELSEWHERE = {
     "border_not_filtered": "shaders that repeat a tile of an atlas; every renderer here filters across the border",
     "decoded_after_filter": "old OpenGL and shaders that decode by themselves; adapters here hand over linear texels",
     "welded_seam": "formats with one coordinate a point, as of games; adapters here split points at seams",
+    "light_leak": "renderers whose shadow rays have one bias for all scenes; none here has",
     "flat_interpolation": "VTK draws flat facets when asked to; here normals are exported to every renderer",
 }
 

@@ -18,6 +18,7 @@ CLASSES = (
     "shadow_map",
     "normal_maps",
     "texture_space",
+    "area_shadows",
     "calibration",
 )
 

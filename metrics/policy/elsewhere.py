@@ -143,6 +143,22 @@ ELSEWHERE = (
         "word",
     ),
     Elsewhere(
+        "references.models.area_light.LARGEST_GRID",
+        "Models",
+        "points",
+        "along a side of a rectangular light that a grid of points stands for",
+        "derived: one of 17 x 17 points is .0035 of the light, less than the tolerance of a value",
+        "word",
+    ),
+    Elsewhere(
+        "references.models.area_light.UNSAID_GRIDS",
+        "Models",
+        "points",
+        "along a side of such a light that are tried where nobody says it",
+        "convention: POV-Ray's scenes have 2 to 8, and each that is tried is predicted",
+        "word",
+    ),
+    Elsewhere(
         "references.models.shadow_map.COARSEST",
         "Models",
         "texels",

@@ -136,6 +136,7 @@ QUICK = (
     "shadow_map/box",
     "normal_maps/bumps",
     "texture_space/seam",
+    "area_shadows/penumbra",
 )
 """The scene of each class that shows its artifact best and is drawn soon."""
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from notabug.references.models.model import Edit, Model
 from notabug.scenes_usd.emitters import area, resized, scaled
 from notabug.scenes_usd.scene import Light, Scene
 
 _USD = "UsdLux LightAPI and ShapingAPI"
+FLAT = ("rect", "disk")
 POINT = 1.0 / 64.0  # of a light's size: as good as a point
 SAME = 1e-3  # relative difference of two brightnesses that shows nothing
 
@@ -30,6 +33,22 @@ def models(scene: Scene) -> Iterator[Model]:
                     f"lights are {word} as large, {what}",
                     lambda each, factor=factor, keep=keep: resized(each, factor, keep_power=keep),  # type: ignore[misc]
                 )
+    if any(each.kind in FLAT for each in sized):
+        yield _fault("light_shape", "rectangular lights are drawn as disks, and disks as squares", _reshaped)
+        yield Model(
+            name="light_both_sides",
+            kind="fault",
+            claim="rectangular and disk lights shine to both sides",
+            cites=_USD,
+            edit=_doubled,
+        )
+        yield Model(
+            name="light_cosine_ignored",
+            kind="fault",
+            claim="each point of a rectangular or disk light sends as much light to every side as straight ahead",
+            cites=f"{_USD}; Lambert 1760, Photometria",
+            options={"light_uncosined": True},
+        )
     if any(abs(area(each) - 1.0) > SAME for each in sized):
         yield _fault(
             "normalize_ignored", "inputs:normalize of lights is ignored, or taken as on where it is off", _other
@@ -63,6 +82,25 @@ def _other(light: Light) -> Light:
     if light.emitter is None or light.kind == "dome":
         return light
     return scaled(light, area(light) if light.emitter.normalized else 1.0 / area(light))
+
+
+def _reshaped(light: Light) -> Light:
+    """``light`` as a disk within the rectangle, or as the square about the disk; its power stays."""
+    if light.kind not in FLAT:
+        return light
+    made = replace(light, kind="disk" if light.kind == "rect" else "rect")
+    return scaled(made, area(light) / area(made))
+
+
+def _doubled(scene: Scene) -> Scene:
+    """``scene`` with a light to the other side behind each rectangle and disk."""
+    backs = []
+    for each in scene.lights:
+        if each.kind in FLAT and each.emitter is not None:
+            turned = each.emitter.axes * np.array([[1.0], [1.0], [-1.0]])
+            x, y, z = (-part for part in each.direction)
+            backs.append(replace(each, direction=(x, y, z), emitter=replace(each.emitter, axes=turned)))
+    return replace(scene, lights=(*scene.lights, *backs))
 
 
 def _unexposed(light: Light) -> Light:

@@ -20,7 +20,7 @@ Edit = Callable[[Scene], Scene]
 Shows = Literal["anything", "chance", "stripes", "crossing", "dots", "dots_everywhere", "wide"]
 UNSAID = "unknown"
 """What a declaration says of a feature that it says nothing of."""
-OF_SHADOWS = frozenset({"shadows", "acne", "start", "shadow_rays", "transparent_shadows", "shadow_map"})
+OF_SHADOWS = frozenset({"shadows", "acne", "start", "shadow_rays", "transparent_shadows", "shadow_map", "shadow_lift"})
 """Switches that change nothing, or cannot be meant, where a renderer has no shadows."""
 
 
@@ -76,6 +76,7 @@ class Model:
         models of one field a picture shows one at most.
     also : further such pairs, all of which must hold.
     strict : an unknown field does not let it in: the value must be declared.
+    needs : fields, numbers, that an adapter must declare to be more than 0.
     """
 
     name: str
@@ -90,6 +91,7 @@ class Model:
     when: tuple[str, str] | None = None
     also: tuple[tuple[str, str], ...] = ()
     strict: bool = False
+    needs: tuple[str, ...] = ()
     shows: Shows = "anything"
     sure: Mapping[str, Any] | None = None
     declared: tuple[str, ...] = ()
@@ -107,6 +109,8 @@ class Model:
         """Whether ``declaration`` leaves this model open: a fault where the renderer can have it at all."""
         if declaration.says("shadows") == "none" and not OF_SHADOWS.isdisjoint(self.options):
             return self.options.get("shadows") == "none" and self.kind != "fault"
+        if any(declaration.says(field) == UNSAID or not float(declaration.says(field)) for field in self.needs):
+            return False
         open_to = () if self.strict else (UNSAID,)
         return all(declaration.says(field) in (value, *open_to) for field, value in self.conditions)
 

@@ -303,6 +303,14 @@ inline Vec3<T> beam(const Emitter<T>& e, const Vec3<T>& L) {
             left * (e.tint.z + (T(1) - e.tint.z) * focus)};
 }
 
+// The fault of a flat light whose points send as much light to every side as straight ahead.
+template <class T>
+inline T uncosined(const Emitter<T>& e, const Vec3<T>& L) {
+    const Shape shape = static_cast<Shape>(static_cast<int>(e.shape));
+    if (shape != Shape::rect && shape != Shape::disk) return 1;
+    return T(1) / std::max(-dot(e.normal, L), static_cast<T>(1e-3));
+}
+
 // What is left of the light that goes along -L: of a dome with a picture what that has there, of any other its beam.
 template <class T>
 inline Vec3<T> shone(const Skies<T>& skies, const Emitter<T>& e, const Vec3<T>& L) {

@@ -88,6 +88,11 @@ struct Options {
     double map_error = 0.0;
     double map_right = 0.0;
     double map_up = 0.0;
+    int light_grid = 0;
+    bool light_grid_ends = false;
+    bool light_grid_shared = false;
+    bool light_uncosined = false;
+    double shadow_lift = 0.0;
 };
 
 }  // namespace notabug

@@ -79,4 +79,22 @@ void spread(const View_of<T>& view, const Gloss<T>& gloss, const Cubature& cubat
     }
 }
 
+// The same points of a rectangle's side from everywhere, as old area lights have it: n x n, each for as much of its area, in
+// the middles of n x n equal parts, or, by the error of one, the outermost on its edges. `shine` is told each point's number
+// too.
+template <class T, class Shine>
+void spread_on_grid(const View_of<T>& view, int n, bool ends, const Shine& shine) {
+    if (!view.seen) return;
+    const T count = static_cast<T>(n) * static_cast<T>(n);
+    const auto place = [&](int i) {
+        return ends ? T(2 * i) / static_cast<T>(std::max(n - 1, 1)) - T(1) : T(2 * i + 1) / static_cast<T>(n) - T(1);
+    };
+    for (int j = 0; j < n * n; ++j) {
+        const Vec3<T> point = view.e.centre + place(j % n) * view.e.x + place(j / n) * view.e.y;
+        const Aim<T> aim = aim_at_point(view.at, point, view.e.normal, view.e.area);
+        if (aim.density > 0)
+            shine(j, aim, T(1) / (count * aim.density), Counted<T>{view.e.diffuse, view.e.specular, T(1) / count});
+    }
+}
+
 }  // namespace notabug

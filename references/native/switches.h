@@ -76,6 +76,11 @@ inline Options options_of(const py::handle& from) {
     to.map_error = from.attr("map_error").cast<double>();
     to.map_right = from.attr("map_right").cast<double>();
     to.map_up = from.attr("map_up").cast<double>();
+    to.light_grid = from.attr("light_grid").cast<int>();
+    to.light_grid_ends = from.attr("light_grid_ends").cast<bool>();
+    to.light_grid_shared = from.attr("light_grid_shared").cast<bool>();
+    to.light_uncosined = from.attr("light_uncosined").cast<bool>();
+    to.shadow_lift = from.attr("shadow_lift").cast<double>();
     return to;
 }
 

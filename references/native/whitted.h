@@ -3,6 +3,7 @@
 #pragma once
 
 #include "normal_map.h"
+#include "radiance.h"
 #include "shadow_map.h"
 #include "spread.h"
 #include "surface.h"
@@ -11,41 +12,6 @@ namespace notabug {
 
 constexpr int waiting_rays = 64;  // that may wait: three a hit, one of them followed at once
 constexpr int passages = 64;      // straight passages through opacity a path may have; they are no bounces
-
-// What must not be mixed within a pixel, as one number: in its lower bits, `seen_bits`, the objects, on flat facets the
-// normal, and the lights whose highlights are not cut off; in the upper ones the lights that are blocked.
-constexpr std::uint64_t seen_bits = (std::uint64_t(1) << 40) - 1;
-constexpr std::uint64_t facing_prime = 1048573;  // of the lights that make highlights so much goes into what is seen
-constexpr std::int64_t dark_prime = 8388593;     // below 2^23: of the lights that are blocked goes into the bits above
-
-template <class T>
-struct Radiance {
-    Vec3<T> colour;
-    std::int64_t id;  // 0 is the background
-    bool spared;      // the first hit was spared facet self-shadow
-    // of the lights with a size those that are all in shadow at the first hit, and those that are all seen
-    std::uint64_t hidden = 0, open = 0;
-};
-
-// What is told of the first hit; this one listens to nothing. See probe.h for one that does.
-struct NoRecord {
-    static constexpr bool listens = false;
-};
-
-// Of the light that a surface sends towards the viewer.
-template <class T>
-struct Lit {
-    Vec3<T> colour{0, 0, 0};
-    std::uint64_t blocked = 0, facing = 0;  // one bit for each light
-    std::uint64_t hidden = 0, open = 0;     // one for each with a size, as in Radiance
-    bool forgiven = false;
-};
-
-// A half of what a pixel spans at the distance t: angle * t + width.
-template <class T>
-struct HalfPixel {
-    T angle, width;
-};
 
 // One camera ray with all that follows from it.
 template <class T, class F, class Record>
@@ -107,13 +73,17 @@ struct Whitted {
         const bool here = !gouraud || option.gouraud_shadows == GouraudShadows::pixels;
         const bool shadows = option.shadows != Shadows::none && !s.turned &&
                              !(gouraud && option.gouraud_shadows == GouraudShadows::none);
-        const T lift = static_cast<T>(option.offset) * std::max(s.sagitta, T(0));  // Snyder and Barr 1987
+        const T lift = static_cast<T>(option.offset) * std::max(s.sagitta, T(0))  // Snyder and Barr 1987
+                       + static_cast<T>(option.shadow_lift);
         const Vec3<T>& g = s.facet;
         Vec3<T> at = s.at, N = s.normal, V = -ray.direction, leave = start.at;
         T part = 1;
         PreviewSurface<T> preview{}, softest{};  // no such surface
         [[maybe_unused]] bool shadowed = false, lighted = false;  // of the light's directions any
         [[maybe_unused]] Bump<T> bump{N, N};
+        // of a light whose points share their shadows (light_grid_shared): how many are seen is `asking`ed first, then known
+        [[maybe_unused]] bool asking = false;
+        [[maybe_unused]] T visible = 0, known = -1;
         if constexpr (F::previews) {
             if (scene.previews.surface && scene.previews.surface[material].workflow != 0) {
                 preview = preview_at(scene, material, s.u, s.v, option.texels);
@@ -144,12 +114,13 @@ struct Whitted {
             const auto shine = [&](const Seen& to, [[maybe_unused]] const Counted<T>& counts, auto sized) {
                 const T nl = dot(N, to.L), gl = dot(g, to.L);
                 if constexpr (Record::listens) {
-                    if (primary && counts.told > 0)
+                    if (primary && counts.told > 0 && !(sized() && asking))
                         record.light(k, to.distance, gl * s.side, nl, (to.falloff / counts.told) * light.intensity,
                                      part * counts.told);
                 }
                 const bool behind_bump = nl <= 0 && bump.mapped && option.bump_light == BumpLight::lit;
-                if (nl <= 0 && !(option.uncut && scene.lobes.kind) && !behind_bump) return;
+                const bool asks = sized() && asking;
+                if (nl <= 0 && !asks && !(option.uncut && scene.lobes.kind) && !behind_bump) return;
                 // a highlight ends abruptly where N.L = 0; diffuse light does not
                 if (!sized() && scene.lobes.kind && !gouraud) lit.facing |= std::uint64_t(1) << (k & 63);
                 const T steep = std::abs(gl);
@@ -158,7 +129,9 @@ struct Whitted {
                 Vec3<T> share{1, 1, 1};
                 if (dark) {
                     share = {0, 0, 0};
-                } else if (shadows && (nl > 0 || behind_bump)) {
+                } else if (sized() && known >= 0) {
+                    share = {known, known, known};
+                } else if (shadows && (nl > 0 || behind_bump || asks)) {
                     // behind, an uncut highlight belongs to a shader without shadows
                     T begin = start.clear;
                     if (option.ties != Ties::nearest)  // what coincides with this surface does not shadow it
@@ -190,14 +163,16 @@ struct Whitted {
                         share = mapped<T, F>(scene, option, k, s.at, N, g, share);
                     lit.forgiven = lit.forgiven || through.forgiven;
                     if constexpr (Record::listens) {
-                        if (primary) record.shadow(scene, k, shadow, through);
+                        if (primary && !asks) record.shadow(scene, k, shadow, through);
                     }
                 }
                 if constexpr (Record::listens) {
-                    if (primary && counts.told > 0) record.share(k, mean(share), part * counts.told);
+                    if (primary && counts.told > 0 && !asks) record.share(k, mean(share), part * counts.told);
                 }
                 if constexpr (decltype(sized)::value) {
                     shadowed = shadowed || mean(share) < 1, lighted = lighted || any_positive(share);
+                    visible += mean(share);
+                    if (asking) return;
                 }
                 if (!any_positive(share)) {
                     if (!sized() && here) lit.blocked |= std::uint64_t(1) << (k & 63);
@@ -258,10 +233,32 @@ struct Whitted {
                         const bool bounded = option.shadow_rays != ShadowRays::unbounded;
                         const auto along = [&](const Aim<T>& aim, T weight, const Counted<T>& counts) {
                             const T end = bounded ? aim.distance : infinity<T>;
-                            shine(Seen{aim.L, aim.distance, end, weight}, counts, std::true_type{});
+                            const T sent = option.light_uncosined ? uncosined(e, aim.L) : T(1);
+                            shine(Seen{aim.L, aim.distance, end, sent * weight}, counts, std::true_type{});
                         };
+                        const View_of<T> seen_of(scene.skies, e, at, N);
+                        if (option.light_grid > 0 && seen_of.shape() == Shape::rect) {
+                            const auto points = [&](auto told) {
+                                spread_on_grid(seen_of, option.light_grid, option.light_grid_ends,
+                                               [&](int j, const Aim<T>& aim, T weight, const Counted<T>& counts) {
+                                                   shadowed = false;
+                                                   along(aim, weight, counts);
+                                                   if (told() && here && shadowed) lit.blocked += scattered(k, j);
+                                               });
+                            };
+                            if (!option.light_grid_shared) {
+                                points(std::true_type{});
+                                continue;
+                            }
+                            visible = 0, asking = true;
+                            points(std::true_type{});
+                            asking = false, known = visible / static_cast<T>(option.light_grid * option.light_grid);
+                            points(std::false_type{});
+                            known = -1;
+                            continue;
+                        }
                         const Cubature moved = cubature.moved(k, from.generation);
-                        spread(View_of<T>(scene.skies, e, at, N), gloss_of(scene, material, softest, bump.normal, view),
+                        spread(seen_of, gloss_of(scene, material, softest, bump.normal, view),
                                e.sky >= 0 ? moved.finer() : moved, along);
                         if (here && lighted && !shadowed) lit.open |= std::uint64_t(1) << (k & 63);
                         if (here && shadowed && !lighted) lit.hidden |= std::uint64_t(1) << (k & 63);

@@ -87,6 +87,12 @@ class Options:
         distance. map_reach : how far the middle of a texel that counts may lie beside the point, in texels. map_bias :
         by how much what it holds must be nearer than the point, which is moved along its normal by map_normal_bias.
         map_error : of coordinates and size, what its depths are off by.
+    light_grid : of a rectangular light n x n points stand for it, the same from everywhere: the middles of n x n equal
+        parts of it; 0: it is integrated. light_grid_ends : the outermost lie on the light's edges instead.
+        light_grid_shared : the light of all points is multiplied by the share of them that is seen, in the place of
+        that of each by whether it is.
+    light_uncosined : the fault of points of a rectangle or disk that send as much light to every side.
+    shadow_lift : shadow rays start so far along the normal from where they leave.
     """
 
     shadows: Literal["forgiving", "facets", "planes", "none"] = "forgiving"
@@ -144,6 +150,11 @@ class Options:
     map_error: float = 0.0
     map_right: float = 0.0
     map_up: float = 0.0
+    light_grid: int = 0
+    light_grid_ends: bool = False
+    light_grid_shared: bool = False
+    light_uncosined: bool = False
+    shadow_lift: float = 0.0
 
     def for_scene(self, scene: Scene) -> Options:
         """The same, without looking for the first of coincident objects where there is only one."""

@@ -30,7 +30,7 @@ FACES = {"subpixel_grid", "face_missing", "cracks"}  # of meshes; a single trian
 POINT = {"falloff_linear", "falloff_none", "shadow_ray_unbounded", "albedo"}  # a point light, and a plain colour
 SIZED = {  # a light with a size, exposure, beam and multipliers
     "light_size_ignored", "light_size", "normalize_ignored", "exposure_ignored", "cone_ignored",
-    "light_multiplier_ignored",
+    "light_multiplier_ignored", "light_shape", "light_both_sides", "light_cosine_ignored", "light_leak",
 }  # fmt: skip
 SEVERAL = {  # objects
     "coincident_surfaces", "another_wins", "colour_of_neither", "hole", "loser_wins",
@@ -92,7 +92,7 @@ def test_models_of_lights_with_a_size(make: Any, ball: Scene) -> None:
     dome = Light("/Light", "dome", (1.0, 1.0, 1.0), emitter=Emitter())
     placed = {"light_moved", "light_negated", "light_up_axis"}
     found = names(make.scene([make.rectangle()], [dome], ball.camera))
-    assert found == LIGHT - maps - placed | MESHES | FACES | {"albedo"}
+    assert found == LIGHT - maps - placed | MESHES | FACES | {"albedo", "light_leak"}
 
 
 @pytest.mark.parametrize(
