@@ -65,7 +65,8 @@ def main(folder: Path) -> None:
             for number, seed in enumerate(job["seeds"]):
                 scene.cycles.seed = (seed * 7919 + place) % (1 << 31)
                 pictures[number] += weight * _render(bpy, scene, folder / "frame.exr", job)
-    np.save(folder / "picture.npy", pictures.astype(np.float32))
+    # one picture less another of the same light is negative where there is next to none, by the noise of both
+    np.save(folder / "picture.npy", np.maximum(pictures, 0.0).astype(np.float32))
 
 
 def _drawn(

@@ -78,6 +78,7 @@ class BenchPart(StrEnum):
     meshes = "meshes"
     faults = "faults"
     limitations = "limitations"
+    exports = "exports"
     misdeeds = "misdeeds"
     kills = "kills"
     disks = "disks"
