@@ -18,12 +18,22 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Quality, Render
 from notabug.adapters.job_folder import job_folder, picture_path
-from notabug.adapters.job_types import Arrays, Job, LightSaid, MaterialSaid, ShapeSaid, TextureSaid
+from notabug.adapters.job_types import (
+    Arrays,
+    BeamSaid,
+    CameraBeside,
+    Job,
+    LightSaid,
+    MaterialSaid,
+    ShapeSaid,
+    TextureSaid,
+)
 from notabug.adapters.kept import KeptChild, kept_child
 from notabug.adapters.process import Ended, failure, made_picture, run_child
 from notabug.adapters.textures import plain_wraps
+from notabug.scenes_usd.emitters import side
 from notabug.scenes_usd.picture import write_exr
-from notabug.scenes_usd.scene import Floats, Light, Material, Object, Scene, Sphere
+from notabug.scenes_usd.scene import Camera, Floats, Light, Material, Object, Scene, Sphere
 from notabug.scenes_usd.triangulate import triangulate
 
 Edit = Callable[[Job, Arrays], object]
@@ -130,8 +140,9 @@ def child_job(scene: Scene) -> tuple[Job, Arrays]:
             "tan_y": scene.camera.tan_y,
             "near": scene.camera.near,
             "far": scene.camera.far,
+            **_beside_the_axis(scene.camera),
         },
-        "lights": [_light(light) for light in scene.lights],
+        "lights": [_light(index, light, arrays) for index, light in enumerate(scene.lights)],
         "materials": [_material(material) for material in scene.materials],
         "textures": _textures(scene, arrays),
         "objects": [_object(index, shape, arrays) for index, shape in enumerate(scene.objects)],
@@ -145,9 +156,31 @@ def _material(material: Material) -> MaterialSaid:
     return cast(MaterialSaid, said)
 
 
-def _light(light: Light) -> LightSaid:
+def _beside_the_axis(camera: Camera) -> CameraBeside:
+    if not (camera.orthographic or camera.shift_x or camera.shift_y):
+        return {}
+    return {"orthographic": camera.orthographic, "shift_x": camera.shift_x, "shift_y": camera.shift_y}
+
+
+def _light(index: int, light: Light, arrays: Arrays) -> LightSaid:
     place = light.position if light.kind == "point" else light.direction
-    return {"kind": light.kind, "place": list(place), "intensity": list(light.intensity)}
+    said: LightSaid = {"kind": light.kind, "place": list(place), "intensity": list(light.intensity)}
+    if light.is_plain:
+        return said
+    said |= {"position": list(light.position), "direction": list(light.direction)}
+    said |= {"diffuse": light.diffuse, "specular": light.specular}
+    said |= {"unlit": list(light.unlit), "unshadowing": list(light.unshadowing)}
+    emitter = light.emitter
+    if emitter is not None:
+        said |= {"axes": emitter.axes.tolist(), "half_angle": emitter.half_angle}
+        if light.kind in ("rect", "disk"):
+            said["side"] = side(emitter).tolist()
+        if emitter.texture is not None:
+            said["sky"] = f"sky{index}"
+            arrays[said["sky"]] = emitter.texture.pixels.astype(np.float32)
+    if light.shaping is not None:
+        said["beam"] = cast(BeamSaid, asdict(light.shaping))
+    return said
 
 
 def _textures(scene: Scene, arrays: Arrays) -> list[TextureSaid]:
@@ -162,6 +195,7 @@ def _object(index: int, shape: Object, arrays: Arrays) -> ShapeSaid:
     if isinstance(shape, Sphere):
         return {
             "kind": "sphere",
+            "path": shape.path,
             "material": shape.material,
             "radius": shape.radius,
             "to_world": shape.to_world.tolist(),
@@ -176,4 +210,4 @@ def _object(index: int, shape: Object, arrays: Arrays) -> ShapeSaid:
     }
     named = {part: f"{part}{index}" for part, array in parts.items() if array is not None}
     arrays |= {named[part]: np.ascontiguousarray(array) for part, array in parts.items() if array is not None}
-    return cast(ShapeSaid, {"kind": "mesh", "material": shape.material, **named})
+    return cast(ShapeSaid, {"kind": "mesh", "path": shape.path, "material": shape.material, **named})

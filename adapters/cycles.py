@@ -1,24 +1,30 @@
 """Cycles, Blender's path tracer, through its Python module bpy (GPL), in an environment and a process of its own.
 
-It draws direct light on Lambert surfaces. ``terminator_offset`` is Blender's own remedy for facets that shadow each
-other: 0.1 where nobody changes it, 0 here, so that the limitation is seen that it hides.
+It draws direct light on Lambert surfaces and on UsdPreviewSurface. ``terminator_offset`` is Blender's own remedy for
+facets that shadow each other: 0.1 where nobody changes it, 0 here, so that the limitation is seen that it hides.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from notabug.adapters.base import Declaration, Found, Quality, Render, UnsupportedError
 from notabug.adapters.child_job import Edit, Script
 from notabug.adapters.environment import environment_python, version_in
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
+from notabug.adapters.spheres import centre_and_radius
 from notabug.adapters.textures import same_wraps
-from notabug.scenes_usd.scene import Camera, Scene
+from notabug.scenes_usd.scene import Camera, Emitter, Light, Scene
 
 DEFAULT_SAMPLES = 16
 LEAST_SIDE = 4  # pixels; Blender draws no fewer, whatever it is asked for
+ON_A_LIGHT = 16  # samples for each that is asked for, where a light has a size: each looks at one place on it
+_WIDEST = math.radians(60.0)  # half of a sun's angle: a far ball that is wider would reach into the scene
 _SQUARE = 1e-6  # relative deviation from square pixels: one that float32 cannot show
 
 
@@ -42,7 +48,10 @@ class Cycles:
     keep_jobs: bool = False
     edit: Edit | None = None
     capabilities: frozenset[str] = frozenset(
-        {"mesh", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "shadows"}
+        {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "shadows"}
+        | {"orthographic", "aperture_offset", "ggx", "dielectric", "emission", "normal_map"}
+        | {"sphere_light", "rect_light", "disk_light", "cylinder_light", "sun_light", "dome_light", "dome_texture"}
+        | {"light_beam", "light_multipliers", "light_link"}
     )
     install: str = "notabug install cycles"
 
@@ -60,6 +69,7 @@ class Cycles:
             coincident="unknown",
             opacity_shadow="attenuate",
             texture_filter="bilinear",
+            masking="correlated",
             coordinates="float32",
         )
 
@@ -77,6 +87,9 @@ class Cycles:
                 expected=f"{LEAST_SIDE} pixels along each side, as Blender has them at least",
                 got=f"{scene.width} x {scene.height}",
             )
+        check_lights(scene, centres=quality.samples == 1)
+        for shape in scene.spheres:
+            centre_and_radius(shape)
         self.find()
         samples = quality.samples or DEFAULT_SAMPLES
         seeds = (quality.seeds or (0,))[: 1 if samples == 1 else None]
@@ -84,6 +97,7 @@ class Cycles:
         settings = {
             "threads": quality.threads,
             "terminator_offset": self.terminator_offset,
+            "on_a_light": ON_A_LIGHT if any(light.emitter is not None for light in scene.lights) else 1,
         }
         return script.render(same_wraps(scene), out, quality, settings, "Cycles", samples=samples, seeds=seeds)
 
@@ -99,6 +113,39 @@ def _check_pixels(name: str, camera: Camera, aspect: float) -> None:
             expected=f"an aperture {aspect:g} times as wide as high",
             got=f"{camera.tan_x / camera.tan_y:g}",
         )
+
+
+def check_lights(scene: Scene, *, centres: bool) -> None:
+    """Raise UnsupportedError where Blender has no lamp for one of ``scene``'s lights."""
+    sized = next((light for light in scene.lights if light.emitter is not None), None)
+    if sized is not None and centres:
+        raise UnsupportedError(
+            "Cycles chooses at random where on a light a shadow ray goes",
+            where=sized.path,
+            expected="more than 1 sample per pixel for a light with a size",
+            got="1",
+            do="raise the samples",
+        )
+    for light in scene.lights:
+        if light.emitter is not None:
+            _check_shape(light, light.emitter)
+
+
+def _check_shape(light: Light, emitter: Emitter) -> None:
+    lengths = np.linalg.norm(emitter.axes, axis=1)
+    cosines = np.abs(emitter.axes @ emitter.axes.T / np.outer(lengths, lengths) - np.eye(3))
+    if light.kind == "sphere" and max(cosines.max(), np.ptp(lengths) / lengths.max()) > _SQUARE:
+        raise _unlike(light, "a sphere under a similarity")
+    if light.kind in ("rect", "disk") and cosines[0, 1] > _SQUARE:
+        raise _unlike(light, "a width and a height at right angles")
+    if light.kind == "sun" and emitter.half_angle > _WIDEST:
+        raise _unlike(light, "an angle of at most 120 degrees")
+    if light.kind == "dome" and light.is_linked:
+        raise _unlike(light, "a dome that lights all: Blender links lights to objects, and its world to none")
+
+
+def _unlike(light: Light, expected: str) -> UnsupportedError:
+    return UnsupportedError(f"Blender has no such {light.kind} light", where=light.path, expected=expected)
 
 
 register(Cycles())

@@ -1,28 +1,48 @@
 """The process that Cycles runs in: ``python -P cycles_child.py FOLDER``; see ``child_job.py`` for what is in it.
 
-Blender (bpy, GPL) is imported here and nowhere else, in a process and an environment of its own. ``picture.npy`` is
-(seeds, h, w, 3). Each light is drawn alone, and the pictures are added: Cycles chooses one light at random for each
-sample, which is noise that says nothing of any artifact.
+Blender (bpy, GPL) is imported here and nowhere else, in a process and an environment of its own, which knows of notabug
+nothing but the files beside this one. ``picture.npy`` is (seeds, h, w, 3). Each light is drawn alone, and the pictures
+are added: Cycles chooses one light at random for each sample, which is noise that says nothing of any artifact.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import json
-import math
 import os
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from contextlib import AbstractContextManager
     from types import ModuleType
 
-    import bpy
     import numpy.typing as npt
+    from bpy.types import Image, Mesh, Object, PointCloud, Scene
 
-    from notabug.adapters.job_types import Arrays, CameraSaid, Job, LightSaid, ShapeSaid
+    from notabug.adapters.job_types import Arrays, CameraSaid, Job, ShapeSaid
+
+
+def _beside(name: str) -> ModuleType:
+    """The module ``name`` beside this file, which this environment does not know as a package's."""
+    place = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
+    assert place is not None
+    assert place.loader is not None
+    module = importlib.util.module_from_spec(place)
+    sys.modules[name] = module  # dataclasses and enumerations look here for where they are
+    place.loader.exec_module(module)
+    return module
+
+
+if TYPE_CHECKING:
+    from notabug.adapters import cycles_lights, cycles_nodes, cycles_surfaces
+else:
+    cycles_nodes, cycles_surfaces, cycles_lights = map(_beside, ("cycles_nodes", "cycles_surfaces", "cycles_lights"))
 
 _SENSOR = 36.0  # Blender's, in millimetres; only its ratio to the focal length counts
 _CROSSED = 64  # surfaces of some opacity behind one another
@@ -36,23 +56,80 @@ def main(folder: Path) -> None:
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
-    _settings(bpy, scene, job)
-    looks = [_look(bpy, job, index, arrays) for index in range(len(job["materials"]))]
-    for index, shape in enumerate(job["objects"]):
-        _mesh(bpy, scene, index, shape, arrays, looks, job["terminator_offset"])
-    lights = [_light(bpy, scene, index, light) for index, light in enumerate(job["lights"])]
+    _settings(scene, job)
+    bodies = [_body(bpy, scene, index, shape, arrays, job) for index, shape in enumerate(job["objects"])]
     _camera(bpy, scene, job["camera"])
     pictures = np.zeros((len(job["seeds"]), job["height"], job["width"], 3))
-    for number, seed in enumerate(job["seeds"]):
-        for place, light in enumerate(lights):
-            for other in lights:
-                other.hide_render = other is not light
-            scene.cycles.seed = (seed * 7919 + place) % (1 << 31)
-            pictures[number] += _render(bpy, scene, folder / "frame.exr", job)
-    np.save(folder / "picture.npy", pictures.astype(np.float32))
+    for place, (weight, drawn) in enumerate(_drawn(bpy, job, arrays, bodies)):
+        with drawn:
+            for number, seed in enumerate(job["seeds"]):
+                scene.cycles.seed = (seed * 7919 + place) % (1 << 31)
+                pictures[number] += weight * _render(bpy, scene, folder / "frame.exr", job)
+    # one picture less another of the same light is negative where there is next to none, by the noise of both
+    np.save(folder / "picture.npy", np.maximum(pictures, 0.0).astype(np.float32))
 
 
-def _render(bpy: ModuleType, scene: bpy.types.Scene, path: Path, job: Job) -> npt.NDArray[np.float32]:
+def _drawn(
+    bpy: ModuleType, job: Job, arrays: Arrays, bodies: list[Object]
+) -> Iterator[tuple[float, AbstractContextManager[None]]]:
+    """Each picture that the whole is the sum of: its weight, and what puts up its light and its materials."""
+    surfaces = cycles_surfaces.Surfaces(bpy, cycles_nodes, job, arrays)
+    images: list[Image] = []
+
+    def image(pixels: npt.NDArray[np.float32]) -> Image:
+        images.append(cycles_surfaces.image(bpy, f"sky{len(images)}", pixels))
+        return images[-1]
+
+    lights = cycles_lights.Lights(bpy, cycles_nodes, job, arrays, _reach(job, arrays), image)
+    places: dict[str, list[Object]] = {}
+    for shape, body in zip(job["objects"], bodies, strict=True):
+        places.setdefault(shape["path"], []).append(body)
+    Part = cycles_surfaces.Part
+
+    @contextmanager
+    def put_up(part: cycles_surfaces.Part, index: int) -> Iterator[None]:
+        said = job["lights"][index] if index >= 0 else None
+        weighted = part in (Part.TAKEN, Part.TINTED)
+        at_surface = weighted and said is not None and said["kind"] in ("point", "distant")
+        looks = surfaces.of(part, said if at_surface else None)
+        for shape, body in zip(job["objects"], bodies, strict=True):
+            body.data.materials.clear()
+            body.data.materials.append(looks[shape["material"]])
+        lit = [] if said is None else lights.lit(index, fresnel=weighted and not at_surface, bodies=places)
+        yield
+        lights.put_out(lit)
+
+    for index, light in enumerate(job["lights"]):
+        diffuse, specular = light.get("diffuse", 1.0), light.get("specular", 1.0)
+        if diffuse == specular:
+            yield diffuse, put_up(Part.WHOLE, index)
+        else:
+            yield diffuse, put_up(Part.DIFFUSE, index)
+            yield specular, put_up(Part.GLOSS, index)
+        if surfaces.takes():
+            yield -diffuse, put_up(Part.TAKEN, index)
+        if surfaces.tints():
+            yield specular, put_up(Part.TINTED, index)
+    if surfaces.glows():
+        yield 1.0, put_up(Part.GLOW, -1)
+
+
+def _reach(job: Job, arrays: Arrays) -> tuple[float, float, float, float]:
+    """The middle and the radius of a ball that holds every object and the camera."""
+    points = [np.array([job["camera"]["to_world"][3][:3]])]
+    for shape in job["objects"]:
+        if shape["kind"] == "mesh":
+            points.append(arrays[shape["points"]])
+        else:
+            middle, radius = _ball(shape)
+            points += [middle + radius * np.eye(3), middle - radius * np.eye(3)]
+    every = np.concatenate(points)
+    low, high = every.min(axis=0), every.max(axis=0)
+    x, y, z = ((low + high) / 2.0).tolist()
+    return x, y, z, max(float(np.linalg.norm(high - low)) / 2.0, 1e-30)
+
+
+def _render(bpy: ModuleType, scene: Scene, path: Path, job: Job) -> npt.NDArray[np.float32]:
     """One picture (h, w, 3), top row first, by way of a float32 EXR: Blender gives its result to nobody else."""
     scene.render.filepath = str(path.resolve())
     bpy.ops.render.render(write_still=True)
@@ -66,17 +143,17 @@ def _render(bpy: ModuleType, scene: bpy.types.Scene, path: Path, job: Job) -> np
     return pixels.reshape(job["height"], job["width"], channels)[::-1, :, :3]
 
 
-def _settings(bpy: ModuleType, scene: bpy.types.Scene, job: Job) -> None:
+def _settings(scene: Scene, job: Job) -> None:
     """Direct light only, neither filtered, denoised nor graded, into a float32 EXR."""
     scene.render.engine = "CYCLES"
     cycles = scene.cycles
     cycles.device = "CPU"
     # The first sample of a pixel is its centre, whatever the seed and the filter. Alone it is what one sample is to be;
     # of several it would make seeds alike, and is left out.
-    cycles.samples = job["samples"]
-    if job["samples"] > 1:
+    cycles.samples = samples = job["samples"] * job["on_a_light"]
+    if samples > 1:
         cycles.samples += 1
-        cycles.use_sample_subset, cycles.sample_offset, cycles.sample_subset_length = True, 1, job["samples"]
+        cycles.use_sample_subset, cycles.sample_offset, cycles.sample_subset_length = True, 1, samples
     cycles.use_adaptive_sampling = cycles.use_denoising = cycles.use_light_tree = False
     cycles.pixel_filter_type = "BOX"
     cycles.filter_width = 1.0
@@ -93,130 +170,92 @@ def _settings(bpy: ModuleType, scene: bpy.types.Scene, job: Job) -> None:
     scene.view_settings.view_transform = "Raw"
     form = render.image_settings
     form.file_format, form.color_depth, form.color_mode, form.exr_codec = "OPEN_EXR", "32", "RGB", "ZIP"
-    scene.world = bpy.data.worlds.new("world")
-    if scene.world.node_tree is not None:
-        for node in scene.world.node_tree.nodes:
-            if node.type == "BACKGROUND":
-                node.inputs["Color"].default_value = (0.0, 0.0, 0.0, 1.0)
-                node.inputs["Strength"].default_value = 0.0
-    else:
-        scene.world.color = (0.0, 0.0, 0.0)
+    scene.world = None
 
 
-def _look(bpy: ModuleType, job: Job, index: int, arrays: Arrays) -> bpy.types.Material:
-    """A Lambert surface, and where it has an opacity a mixture of it and nothing."""
-    said = job["materials"][index]
-    look = bpy.data.materials.new(f"material{index}")
-    if look.node_tree is None:
-        look.use_nodes = True
-    tree = look.node_tree
-    tree.nodes.clear()
-    out, surface = tree.nodes.new("ShaderNodeOutputMaterial"), tree.nodes.new("ShaderNodeBsdfDiffuse")
-    surface.inputs["Roughness"].default_value = 0.0
-    surface.inputs["Color"].default_value = (*said["diffuse"], 1.0)
-    if said["texture"] >= 0:
-        texture = job["textures"][said["texture"]]
-        node, uv = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeUVMap")
-        node.image = _image(bpy, f"texture{index}", arrays[texture["pixels"]])
-        node.interpolation = "Linear"
-        node.extension = "EXTEND" if texture["wrap"][0] == "clamp" else "REPEAT"
-        uv.uv_map = "uv"
-        tree.links.new(uv.outputs[0], node.inputs[0])
-        tree.links.new(node.outputs[0], surface.inputs["Color"])
-    shown = surface.outputs[0]
-    if said["opacity"] < 1.0:
-        nothing, mixture = tree.nodes.new("ShaderNodeBsdfTransparent"), tree.nodes.new("ShaderNodeMixShader")
-        mixture.inputs[0].default_value = said["opacity"]
-        tree.links.new(nothing.outputs[0], mixture.inputs[1])
-        tree.links.new(shown, mixture.inputs[2])
-        shown = mixture.outputs[0]
-    tree.links.new(shown, out.inputs[0])
-    return look
-
-
-def _image(bpy: ModuleType, name: str, pixels: npt.NDArray[np.float32]) -> bpy.types.Image:
-    height, width = pixels.shape[:2]
-    image = bpy.data.images.new(name, width, height, float_buffer=True, is_data=True)
-    whole = np.ones((height, width, 4), np.float32)
-    whole[..., :3] = pixels[::-1]
-    image.pixels.foreach_set(whole.ravel())
-    image.update()
-    return image
-
-
-def _mesh(
-    bpy: ModuleType,
-    scene: bpy.types.Scene,
-    index: int,
-    shape: ShapeSaid,
-    arrays: Arrays,
-    looks: list[bpy.types.Material],
-    offset: float,
-) -> None:
-    corners = arrays[shape["triangles"]].ravel()
-    faces = arrays[shape["corners"]][corners].reshape(-1, 3)
-    mesh = bpy.data.meshes.new(f"mesh{index}")
-    mesh.from_pydata(arrays[shape["points"]].tolist(), [], faces.tolist())
-    if len(mesh.polygons) != len(faces):
-        sys.exit(f"Blender keeps {len(mesh.polygons)} of {len(faces)} triangles of object {index}")
-    if "uv" in shape:
-        layer = mesh.uv_layers.new(name="uv")
-        layer.data.foreach_set("uv", np.ascontiguousarray(arrays[shape["uv"]][corners], np.float32).ravel())
-    mesh.polygons.foreach_set("use_smooth", [("normals" in shape)] * len(mesh.polygons))
-    if "normals" in shape:  # as vectors; normals_split_custom_set would round them to 16 bits
-        normals = mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
-        normals.data.foreach_set("vector", np.ascontiguousarray(arrays[shape["normals"]][corners], np.float32).ravel())
-    mesh.materials.append(looks[shape["material"]])
-    mesh.update()
-    body = bpy.data.objects.new(f"object{index}", mesh)
+def _body(bpy: ModuleType, scene: Scene, index: int, shape: ShapeSaid, arrays: Arrays, job: Job) -> Object:
+    data = _points(bpy, shape) if shape["kind"] == "sphere" else _mesh(bpy, index, shape, arrays)
+    body = bpy.data.objects.new(f"object{index}", data)
     scene.collection.objects.link(body)
     for owner in (body, body.cycles):
         for name, value in (
-            ("shadow_terminator_geometry_offset", offset),
+            ("shadow_terminator_geometry_offset", job["terminator_offset"]),
             ("shadow_terminator_normal_offset", 0.0),
             ("shadow_terminator_shading_offset", 0.0),
             ("shadow_terminator_offset", 0.0),
         ):
             if hasattr(owner, name):
                 setattr(owner, name, value)
-
-
-def _light(bpy: ModuleType, scene: bpy.types.Scene, index: int, said: LightSaid) -> bpy.types.Object:
-    """A lamp of Blender sends out its energy over 4 pi; a sun's energy is its irradiance."""
-    from mathutils import Matrix
-
-    colour = np.array(said["intensity"])
-    most = float(colour.max())
-    light = bpy.data.lights.new(f"light{index}", "POINT" if said["kind"] == "point" else "SUN")
-    light.color = (colour / most).tolist() if most > 0.0 else (0.0, 0.0, 0.0)
-    light.cycles.use_multiple_importance_sampling = False
-    place = np.eye(4)
-    if said["kind"] == "point":
-        light.energy = most * 4.0 * math.pi
-        light.shadow_soft_size = 0.0
-        if hasattr(light, "use_soft_falloff"):
-            light.use_soft_falloff = False
-        place[:3, 3] = said["place"]
-    else:
-        light.energy = most
-        light.angle = 0.0
-        z = -np.array(said["place"])
-        x = np.cross((0.0, 1.0, 0.0) if abs(z[1]) < 0.9 else (1.0, 0.0, 0.0), z)
-        x /= np.linalg.norm(x)
-        place[:3, 0], place[:3, 1], place[:3, 2] = x, np.cross(z, x), z
-    body = bpy.data.objects.new(f"light{index}", light)
-    body.matrix_world = Matrix(place.tolist())
-    scene.collection.objects.link(body)
     return body
 
 
-def _camera(bpy: ModuleType, scene: bpy.types.Scene, said: CameraSaid) -> None:
+def _ball(shape: ShapeSaid) -> tuple[npt.NDArray[np.float64], float]:
+    """The centre and the radius of a sphere, under a similarity."""
+    matrix = np.array(shape["to_world"])
+    return matrix[3, :3], shape["radius"] * float(np.linalg.norm(matrix[0, :3]))
+
+
+def _points(bpy: ModuleType, shape: ShapeSaid) -> PointCloud:
+    """A sphere as a cloud of one point: Cycles meets its rays with the sphere itself."""
+    middle, radius = _ball(shape)
+    cloud = bpy.data.pointclouds.new("sphere")
+    cloud.resize(1)
+    cloud.points[0].co = middle.tolist()
+    cloud.points[0].radius = radius
+    return cloud
+
+
+def _mesh(bpy: ModuleType, index: int, shape: ShapeSaid, arrays: Arrays) -> Mesh:
+    triangles = arrays[shape["triangles"]]
+    corners = triangles.ravel()
+    faces = arrays[shape["corners"]][corners].reshape(-1, 3)
+    mesh = bpy.data.meshes.new(f"mesh{index}")
+    mesh.from_pydata(arrays[shape["points"]].tolist(), [], faces.tolist())
+    if len(mesh.polygons) != len(faces):
+        sys.exit(f"Blender keeps {len(mesh.polygons)} of {len(faces)} triangles of object {index}")
+    if "uv" in shape:
+        uv = arrays[shape["uv"]][corners]
+        layer = mesh.uv_layers.new(name="uv")
+        layer.data.foreach_set("uv", np.ascontiguousarray(uv, np.float32).ravel())
+        for name, vectors in _tangents(arrays[shape["points"]][faces], uv.reshape(-1, 3, 2)).items():
+            tangents = mesh.attributes.new(name, "FLOAT_VECTOR", "FACE")
+            tangents.data.foreach_set("vector", np.ascontiguousarray(vectors, np.float32).ravel())
+    mesh.polygons.foreach_set("use_smooth", [("normals" in shape)] * len(mesh.polygons))
+    if "normals" in shape:  # as vectors; normals_split_custom_set would round them to 16 bits
+        normals = mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
+        normals.data.foreach_set("vector", np.ascontiguousarray(arrays[shape["normals"]][corners], np.float32).ravel())
+    mesh.update()
+    return mesh
+
+
+def _tangents(points: npt.NDArray[np.float64], uv: npt.NDArray[np.float64]) -> dict[str, npt.NDArray[np.float64]]:
+    """The directions (n, 3) of dP/du and dP/dv on triangles of ``points`` (n, 3, 3) and ``uv`` (n, 3, 2)."""
+    e1, e2 = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
+    (u1, v1), (u2, v2) = (uv[:, 1] - uv[:, 0]).T, (uv[:, 2] - uv[:, 0]).T
+    sign = np.where(u1 * v2 < u2 * v1, -1.0, 1.0)[:, None]
+    made = {
+        "along": sign * (v2[:, None] * e1 - v1[:, None] * e2),
+        "up": sign * (u1[:, None] * e2 - u2[:, None] * e1),
+    }
+    return {
+        name: vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)
+        for name, vectors in made.items()
+    }
+
+
+def _camera(bpy: ModuleType, scene: Scene, said: CameraSaid) -> None:
     from mathutils import Matrix
 
     camera = bpy.data.cameras.new("camera")
     camera.sensor_fit = "HORIZONTAL" if said["tan_x"] >= said["tan_y"] else "VERTICAL"
     camera.sensor_width = camera.sensor_height = _SENSOR
     camera.lens = 0.5 * _SENSOR / max(said["tan_x"], said["tan_y"])
+    if said.get("orthographic"):
+        camera.type, camera.ortho_scale = "ORTHO", 2.0 * max(said["tan_x"], said["tan_y"])
+    # in parts of the longer side
+    longer = max(said["tan_x"], said["tan_y"])
+    camera.shift_x = 0.5 * said.get("shift_x", 0.0) * said["tan_x"] / longer
+    camera.shift_y = 0.5 * said.get("shift_y", 0.0) * said["tan_y"] / longer
     camera.clip_start, camera.clip_end = said["near"], said["far"]
     body = bpy.data.objects.new("camera", camera)
     body.matrix_world = Matrix(np.array(said["to_world"]).T.tolist())

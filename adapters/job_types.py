@@ -12,7 +12,15 @@ PlugIn = dict[str, object]
 """One of Mitsuba's plug-ins, as its ``load_dict`` takes it."""
 
 
-class CameraSaid(TypedDict):
+class CameraBeside(TypedDict, total=False):
+    """What a camera has that is orthographic, or whose axis is not in the picture's middle."""
+
+    orthographic: bool
+    shift_x: float
+    shift_y: float
+
+
+class CameraSaid(CameraBeside):
     to_world: list[list[float]]
     tan_x: float
     tan_y: float
@@ -20,10 +28,32 @@ class CameraSaid(TypedDict):
     far: float
 
 
+class BeamSaid(TypedDict):
+    """The fields of ``Shaping`` in scenes_usd/scene.py."""
+
+    cone: float
+    softness: float
+    focus: float
+    tint: list[float]
+
+
 class LightSaid(TypedDict):
+    """A light; what only some renderers can draw is left out of a plain point or distant light."""
+
     kind: str
-    place: list[float]  # of a point light its position, of a distant one its direction
+    place: list[float]  # of a point light its position, of any other its direction
     intensity: list[float]
+    position: NotRequired[list[float]]
+    direction: NotRequired[list[float]]
+    axes: NotRequired[list[list[float]]]  # of its shape: see ``Emitter`` in scenes_usd/scene.py
+    half_angle: NotRequired[float]
+    side: NotRequired[list[float]]  # of a rectangle or disk the normal of the side that shines
+    sky: NotRequired[str]  # the name of an array, a dome's picture
+    diffuse: NotRequired[float]
+    specular: NotRequired[float]
+    unlit: NotRequired[list[str]]
+    unshadowing: NotRequired[list[str]]
+    beam: NotRequired[BeamSaid]
 
 
 class Look(TypedDict):
@@ -54,6 +84,7 @@ class ShapeSaid(TypedDict):
     """A sphere has ``radius`` and ``to_world``; a mesh has the names of the arrays of its parts."""
 
     kind: str
+    path: str
     material: int
     radius: NotRequired[float]
     to_world: NotRequired[list[list[float]]]
@@ -86,6 +117,7 @@ class Job(TypedDict):
     bounces: NotRequired[int]
     raised: NotRequired[float]
     terminator_offset: NotRequired[float]
+    on_a_light: NotRequired[int]
 
 
 class GlLight(TypedDict):

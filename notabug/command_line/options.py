@@ -80,6 +80,7 @@ class BenchPart(StrEnum):
     meshes = "meshes"
     faults = "faults"
     limitations = "limitations"
+    exports = "exports"
     misdeeds = "misdeeds"
     kills = "kills"
     disks = "disks"

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from notabug.adapters.base import Quality, UnsupportedError
-from notabug.adapters.cycles import Cycles
 from notabug.adapters.mitsuba_job import job
+from notabug.adapters.povray import PovRay
 from notabug.adapters.registry import needs
 from notabug.references.tracer.envelope import trace_picture
 from notabug.references.tracer.options import Options
@@ -117,4 +117,4 @@ def test_what_a_renderer_lacks_is_said(stage: Any, tmp_path: Path) -> None:
     whole = Preview(emission=(0.0, 0.1, 0.0), normal_map=0)
     assert needs(scene_of(stage, whole)) >= {"ggx", "dielectric", "emission", "normal_map", "uv", "texture"}
     with pytest.raises(UnsupportedError, match="needs ggx"):
-        Cycles().render(scene_of(stage, METAL), tmp_path, Quality(samples=1))
+        PovRay().render(scene_of(stage, METAL), tmp_path, Quality(samples=1))

@@ -265,7 +265,7 @@ def test_mitsuba_with_its_dome_turned_is_a_bug(tmp_path: Path) -> None:
 
 def test_who_lacks_it_says_so(tmp_path: Path) -> None:
     scene = read(tmp_path)
-    for name in ("povray", "cycles", "threejs"):
+    for name in ("povray", "vtk", "threejs"):
         with pytest.raises(NotabugError, match="dome_texture"):
             check_supported(adapter(name), scene)
     folder = tmp_path / "out"

@@ -202,7 +202,7 @@ def test_who_lacks_them_says_so(tmp_path: Path) -> None:
     assert {"sphere_light", "light_beam", "light_multipliers"} <= needs(scene)
     able = {name for name, each in adapters().items() if not needs(scene) - each.capabilities}
     assert "inhouse" in able
-    for name in ("povray", "opengl", "threejs", "cycles", "mitsuba"):
+    for name in ("povray", "opengl", "threejs", "vtk", "mitsuba"):
         with pytest.raises(NotabugError, match="light_beam"):
             check_supported(adapter(name), scene)
 

@@ -196,7 +196,7 @@ def test_who_does_not_draw_such_a_camera_says_so() -> None:
     for name, word in (("orthographic", "orthographic"), ("offset", "aperture_offset")):
         scene = square_at(camera_of(name), PIXELS[0])
         assert word in needs(scene)
-        for renderer in ("cycles", "vtk", "panda3d", "tachyon"):
+        for renderer in ("pygfx", "vtk", "panda3d", "tachyon"):
             with pytest.raises(UnsupportedError, match=word):
                 check_supported(adapter(renderer), scene)
     assert not needs(square_at(camera_of("pinhole"), PIXELS[0])) & {"orthographic", "aperture_offset"}

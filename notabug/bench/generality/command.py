@@ -14,6 +14,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from notabug.bench.generality.examine import Record
+from notabug.bench.generality.exports import able, table
 from notabug.bench.generality.jobs import Job, Part, expose, folder, installed
 from notabug.bench.generality.summary import WORDS, is_bad, sentence, summary
 from notabug.bench.verdict.run import run
@@ -50,7 +51,7 @@ def command(
     Exit 1 where we are wrong: a false bug, a control that passed, a traceback. Interrupted it reports what there is.
     """
     begun = time.perf_counter()
-    who = installed(tuple(renderers))
+    who = installed(tuple(renderers) or able(parts))
     if not who:
         raise SelectionError("no renderer is installed", do="notabug doctor says how to get one; or name one with -r")
     todo = jobs(parts, scenes, seed, who, quick=quick, naming=naming, side=side or (QUICK_SIDE if quick else 0))
@@ -83,6 +84,7 @@ def command(
         print(json.dumps(document, ensure_ascii=False, allow_nan=False))
     else:
         _show(found)
+        _show_exports([record for record in records if record["part"] == "exports"])
         console().print(str(out / "generality.json"), markup=False, soft_wrap=True)
     return ExitCode.BUG if any(is_bad(each) for each in found.values()) else ExitCode.OK
 
@@ -123,7 +125,22 @@ def jobs(
         from notabug.bench.generality.limitations import limitation_jobs
 
         found += limitation_jobs(min(count, LIMITED), seed, naming=naming, side=side)
+    if "exports" in parts:
+        from notabug.bench.generality.exports import export_jobs
+
+        found += export_jobs(who, seed, naming=naming, side=side)
     return found
+
+
+def _show_exports(records: Sequence[Record]) -> None:
+    """What was said of each export and of each fault in it, if exports are among the ``records``."""
+    if not records:
+        return
+    head, *lines = table(records)
+    shown = Table(*head, title="generality, exports and faults in them")
+    for line in lines:
+        shown.add_row(*line)
+    console().print(shown)
 
 
 def _show(found: Record) -> None:

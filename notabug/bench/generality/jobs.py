@@ -27,7 +27,7 @@ from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Scene
 
-Part = Literal["scenes", "features", "meshes", "faults", "limitations"]
+Part = Literal["scenes", "features", "meshes", "faults", "limitations", "exports"]
 
 
 def as_parts(names: Iterable[str]) -> list[Part]:
@@ -45,7 +45,7 @@ RENDERERS = ("povray", "mitsuba")  # others by name
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """Scene ``index`` of ``seed``, or of the meshes the one called ``mesh``, by ``renderers``.
+    """Scene ``index`` of ``seed``, or of the meshes or exports the one called ``mesh``, by ``renderers``.
 
     ``side`` is the longer side of the picture in pixels, 0: as the scene has it.
     """
@@ -107,6 +107,10 @@ def expose(job: Job) -> list[Record]:
             from notabug.bench.generality.faults import expose_fault
 
             return expose_fault(job, Path(scratch))
+        if job.part == "exports":
+            from notabug.bench.generality.exports import expose_export
+
+            return expose_export(job, Path(scratch))
         from notabug.bench.generality.limitations import expose_limitation
 
         return expose_limitation(job, Path(scratch))

@@ -27,9 +27,13 @@ def _part(part: str, records: Sequence[Record]) -> Record:
     found["controls_passed"] = [
         each for each in records if each["renderer"] in CONTROLS and each["word"] in ("pass", "limitation")
     ]
-    if part in ("scenes", "features", "meshes", "limitations"):
-        found["false_bugs"] = [each for each in records if each["word"] == "bug" and each["renderer"] not in CONTROLS]
-    if part == "faults":
+    if part != "faults":
+        found["false_bugs"] = [
+            each
+            for each in records
+            if each["word"] == "bug" and each["renderer"] not in CONTROLS and not each.get("fault")
+        ]
+    if part in ("faults", "exports"):
         shown = [each for each in records if each.get("shows")]
         named = [each for each in shown if each["word"] == "bug" and each.get("named")]
         found["shown"] = len(shown)
