@@ -131,7 +131,7 @@ def _scatter(off: Floats) -> Floats:
     """
     found = np.zeros_like(off)
     for axis in (0, 1):
-        square = np.diff(off, axis=axis) ** 2 / 8.0
+        square = (np.diff(off, axis=axis) / 2.0) ** 2 / 2.0
         before = tuple(slice(None, -1) if axis == k else slice(None) for k in range(2))
         after = tuple(slice(1, None) if axis == k else slice(None) for k in range(2))
         found[before] += square

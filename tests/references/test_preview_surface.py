@@ -205,7 +205,7 @@ def texture(values: Any) -> Texture:
 def test_a_normal_map_turns_the_normal_in_the_frame_of_the_coordinates(
     uv: Any, along: Any, across: Any, below: bool, make: Any, rays: Any
 ) -> None:
-    """Seen from behind, N is turned round and the coordinates run as they did."""
+    """Seen from behind, the whole mapped normal is turned round: what is a bump from the front is a dent."""
     turn = -1.0 if below else 1.0
     surface = Preview(roughness=0.6, normal_map=0)
     scene = floor(make, surface, textures=[texture(SLOPE)], lights=[make.point(np.array(LIGHT) * (1, 1, turn), 7.0)])
@@ -215,7 +215,7 @@ def test_a_normal_map_turns_the_normal_in_the_frame_of_the_coordinates(
         camera=make.camera(np.array(EYE) * (1, 1, turn), (0.0, 0.0, 0.0), tangent=0.3),
     )
     drawn = trace_picture(scene, Options())
-    normal = SLOPE[0] * np.array(along) + SLOPE[1] * np.array(across) + SLOPE[2] * np.array((0, 0, turn))
+    normal = turn * (SLOPE[0] * np.array(along) + SLOPE[1] * np.array(across) + SLOPE[2] * np.array((0, 0, 1)))
     eye, towards = rays(scene)
     with mpmath.workdps(30):
         for y, x in [(0, 0), (1, 2), (3, 3)]:
@@ -223,6 +223,13 @@ def test_a_normal_map_turns_the_normal_in_the_frame_of_the_coordinates(
             to = np.array(scene.lights[0].position) - at
             expected = formula(surface, ALBEDO, normal, to, eye - at) * 7.0 / (to @ to)
             assert drawn[y, x] == pytest.approx(expected, rel=1e-12), (y, x)
+    from_behind = normal * (turn, turn, 1.0)  # by a renderer that turns N alone
+    other = trace_picture(scene, Options(bumps_behind=True))
+    at = eye - towards[1, 2] * eye[2] / towards[1, 2, 2]
+    to = np.array(scene.lights[0].position) - at
+    with mpmath.workdps(30):
+        expected = formula(surface, ALBEDO, from_behind, to, eye - at) * 7.0 / (to @ to)
+    assert other[1, 2] == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_map_that_says_up_changes_nothing_but_rounding(make: Any) -> None:

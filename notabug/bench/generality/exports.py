@@ -191,7 +191,7 @@ FAULTS: Mapping[str, FileFault] = {
 }
 
 
-def table(records: list[Record]) -> list[tuple[str, ...]]:
+def table(records: Sequence[Record]) -> list[tuple[str, ...]]:
     """A line for each export and fault: what was said of each renderer's picture, and the name of the first bug."""
     renderers = list(dict.fromkeys(record["renderer"] for record in records))
     said: dict[tuple[str, str], dict[str, str]] = {}

@@ -39,7 +39,7 @@ def write_export(seed: int, index: int, folder: Path) -> Path:
     small = 'float3 xformOp:scale = (100, 100, 100)\nuniform token[] xformOpOrder = ["xformOp:scale"]'
     frame = {"z_up": [turned], "centimetres": [small]}.get(what.stage, [])
     parts = [block('def Scope "Looks"', *looks), camera, *shining, *prims]
-    text = _stage(what, block('def Xform "root"', *frame, *parts))
+    text = _stage(what, block('def Xform "Export"', *frame, *parts))
     path = folder / f"export-{seed}-{index:04}.usda"
     write_text(path, text)
     return path
@@ -115,14 +115,14 @@ def _camera(rng: np.random.Generator, what: Features, corners: Floats, azimuth: 
 
 def _stage(what: Features, root: str) -> str:
     head = (
-        '#usda 1.0\n(\n    defaultPrim = "root"\n    doc = "An export of the generality bench"\n'
+        '#usda 1.0\n(\n    defaultPrim = "Export"\n    doc = "An export of the generality bench"\n'
         f"    metersPerUnit = {0.01 if what.stage == 'centimetres' else 1}\n"
         f'    upAxis = "{"Z" if what.stage == "z_up" else "Y"}"\n'
     )
     if what.settings == "none":
         return f"{head})\n\n{root}\n"
     settings = block(
-        'def RenderSettings "Settings"', f"rel camera = </root/Camera>\nuniform int2 resolution = {vector(SIDE)}"
+        'def RenderSettings "Settings"', f"rel camera = </Export/Camera>\nuniform int2 resolution = {vector(SIDE)}"
     )
     render = block('def Scope "Render"', settings)
     return f'{head}    renderSettingsPrimPath = "/Render/Settings"\n)\n\n{root}\n\n{render}\n'

@@ -17,7 +17,7 @@ REACH = np.array([[x, y, z] for x in (-1.2, 1.2) for y in (-1.2, 1.2) for z in (
 
 
 def bound(material: str) -> str:
-    return f"rel material:binding = </root/Looks/{material}>"
+    return f"rel material:binding = </Export/Looks/{material}>"
 
 
 def mesh_lines(rng: np.random.Generator, what: Features, kind: str, shape: Shape, *, uv: bool) -> list[str]:
@@ -119,7 +119,7 @@ def _copies(
             f"point3f[] positions = {vectors([offset.tolist() for offset in offsets])}",
             f"float3[] scales = {vectors([[size] * 3 for size in sizes.tolist()])}",
             f"int[] protoIndices = {integers([0] * count)}",
-            f"rel prototypes = </root/{name}/Prototypes/Shape>",
+            f"rel prototypes = </Export/{name}/Prototypes/Shape>",
             place.whole(),
         ]
         return [
@@ -127,7 +127,7 @@ def _copies(
         ], world
     copies = [
         block(
-            f'def Xform "Copy{k}" (\n    instanceable = true\n    prepend inherits = </root/_{name}>\n)',
+            f'def Xform "Copy{k}" (\n    instanceable = true\n    prepend inherits = </Export/_{name}>\n)',
             f"double3 xformOp:translate = {vector(offset)}\n"
             f"float3 xformOp:scale = {vector([size] * 3)}\n"
             'uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]',

@@ -18,13 +18,13 @@ LIT = 3.0  # W/m^2 that all lights together give about, face on at the middle
 UP = np.array([0.0, 1.0, 0.0])
 
 
-def lights(rng: np.random.Generator, what: Features, middle: Floats, near: float, eye: float) -> tuple[list[str], dict]:
+def lights(rng: np.random.Generator, what: Features, middle: Floats, near: float, eye: float) -> tuple[list[str], dict[str, bytes]]:
     """The lights as text, and the pictures of domes by their files' names.
 
     ``near`` is half the distance of the camera, whose azimuth is ``eye`` degrees; ``middle`` is what it looks at.
     """
     kinds = [what.light] + ([what.second_light] if what.second_light != "none" else [])
-    texts, files = [], {}
+    texts, files = list[str](), dict[str, bytes]()
     for k, kind in enumerate(kinds):
         side = eye + float(rng.uniform(-110.0, 110.0))
         towards = direction(side, float(rng.uniform(25.0, 80.0)))

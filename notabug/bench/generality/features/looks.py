@@ -88,7 +88,7 @@ class _Nodes:
     def __init__(self, what: Features, material: str) -> None:
         self.what, self.material = what, material
         inner = "/Maps" if what.network == "node_graph" else ""
-        self.place = f"/root/Looks/{material}{inner}"
+        self.place = f"/Export/Looks/{material}{inner}"
         self.texts: list[str] = []
 
     def texture(self, name: str, file: str, space: str, **reads: str) -> str:
@@ -115,7 +115,7 @@ class _Nodes:
         what = self.what
         varname = f'string inputs:varname = "{what.coordinates}"'
         if what.network == "interface":
-            varname = f"string inputs:varname.connect = </root/Looks/{self.material}.inputs:frame:stPrimvarName>"
+            varname = f"string inputs:varname.connect = </Export/Looks/{self.material}.inputs:frame:stPrimvarName>"
         reader = 'uniform token info:id = "UsdPrimvarReader_float2"\n' + varname + "\nfloat2 outputs:result"
         texts = [block('def Shader "Reader"', reader)]
         if what.transform2d == "yes":
@@ -130,7 +130,7 @@ class _Nodes:
 
 
 def _material(what: Features, name: str, inputs: _Inputs, nodes: _Nodes) -> str:
-    path = f"/root/Looks/{name}"
+    path = f"/Export/Looks/{name}"
     own, lines = [f"token outputs:surface.connect = <{path}/Surface.outputs:surface>"], []
     if what.network == "interface":
         own.append(f'string inputs:frame:stPrimvarName = "{what.coordinates}"')
