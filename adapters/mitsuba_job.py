@@ -95,7 +95,7 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False, sided: bool = Tru
         "threads": quality.threads,
         "integrator": "path" if mask or (sends_on and not transparent) else "volpath" if transparent else "direct",
         "max_depth": 3 if mask else BOUNCES + 2,  # a straight passage counts as a bounce under ``path``
-        "normal_maps": {},
+        "normal_maps": {"use_shadowing_function": False, "flip_invalid_normals": True},
         "looks": looks,
         "camera": _camera(scene.camera, scene.width / scene.height),
         "glows": glows,
