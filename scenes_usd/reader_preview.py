@@ -88,11 +88,11 @@ class _Reader:
                     self.inputs.prim,
                     attribute,
                     "looked up elsewhere than the material's other maps",
-                    expected=f"the coordinates {self.coordinates.name!r}, moved and wrapped alike",
-                    got=f"{coordinates.name!r}, moved or wrapped otherwise"
+                    expected=f"the coordinates {self.coordinates.name!r}, moved alike",
+                    got=f"{coordinates.name!r}, moved otherwise"
                     if coordinates.name == self.coordinates.name
                     else repr(coordinates.name),
-                    do="use one primvar, one UsdTransform2d and one wrap mode for all maps of a material",
+                    do="use one primvar and one UsdTransform2d for all maps of a material",
                 )
         except SceneError as error:
             error.mends = opinion(self.inputs.prim, attribute, kind, plain, "its map is not read")

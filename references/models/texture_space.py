@@ -43,7 +43,7 @@ def models(scene: Scene) -> Iterator[Model]:
     yield from _weights()
     if any(_meets_border(mesh, texture) for mesh, texture in textures):
         yield from _borders()
-    if any(texture.colour_space == "sRGB" for _, texture in textures):
+    if all(texture.colour_space == "sRGB" for texture in scene.textures):  # the switch is of every lookup
         yield from _decodings()
     for first in (True, False):
         if any(_differ(mesh.uv, _welded(mesh, first).uv) for mesh in shown):
@@ -101,7 +101,7 @@ def _decodings() -> Iterator[Model]:
 
 
 def _encoded(scene: Scene) -> Scene:
-    """Every texture encoded: those that were not are to be drawn as they are, so no other has its models."""
+    """Every texture as its file has it, for lookups that decode what they have mixed."""
     return pixels(encode_srgb)(scene)
 
 

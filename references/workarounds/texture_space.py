@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from notabug.references.workarounds.workaround import Setting, Workaround
-from notabug.scenes_usd.scene import Mesh, Scene, Texture
+from notabug.scenes_usd.scene import Floats, Mesh, Scene, Texture
 
 _WRAP, _SEAM = "texture_space/wrap", "texture_space/seam"
+Ints = npt.NDArray[np.int64]
 GUTTER = 1  # texels: bilinear lookup reaches half a texel beyond the border
 
 
@@ -24,8 +25,8 @@ def gutter(scene: Scene) -> Scene:
         uv = [
             mesh.uv for mesh in scene.meshes if mesh.uv is not None and scene.materials[mesh.material].texture == index
         ]
-        low = np.floor(np.concatenate(uv).min(axis=0)).astype(int)
-        high = np.ceil(np.concatenate(uv).max(axis=0)).astype(int)
+        low = np.floor(np.concatenate(uv).min(axis=0)).astype(np.int64)
+        high = np.ceil(np.concatenate(uv).max(axis=0)).astype(np.int64)
         made, a, b = _strip(texture, low, high)
         textures.append(made)
         moves.append((a, b))
@@ -41,7 +42,7 @@ def gutter(scene: Scene) -> Scene:
     return replace(scene, objects=objects, textures=tuple(textures))
 
 
-def _strip(texture: Texture, low: Any, high: Any) -> tuple[Texture, Any, Any]:
+def _strip(texture: Texture, low: Ints, high: Ints) -> tuple[Texture, Floats, Floats]:
     """``texture`` from ``low`` to ``high`` (u, v; whole numbers) with a gutter, and uv' = uv * a + b on it."""
     height, width = texture.pixels.shape[:2]
     size = np.array([width, height])
@@ -77,7 +78,7 @@ def split(scene: Scene) -> Scene:
     return replace(scene, objects=tuple(one(each) if isinstance(each, Mesh) else each for each in scene.objects))
 
 
-def _ours(**switches: Any) -> dict[str, dict[str, Any]]:
+def _ours(**switches: str | int) -> dict[str, dict[str, str | int]]:
     return {"inhouse": switches}
 
 

@@ -123,7 +123,9 @@ def test_an_srgb_texture_is_decoded_before_its_texels_are_mixed_and_after_them_w
     assert np.abs(drawn(scene) - before).max() < 1e-12
     assert np.abs(drawn(scene, named(scene, "decoded_after_filter")) - after).max() < 1e-9
     assert np.abs(before - after).max() > 0.1
-    assert not [each for each in models(small(WRAP)) if "decoded_after" in each.name], "its texture is raw"
+    beside = replace(scene, textures=(*scene.textures, replace(scene.textures[0], colour_space="raw")))
+    for other in (small(WRAP), beside):  # a raw texture, which nothing decodes, alone or beside it
+        assert not [each for each in models(other) if each.name in ("decoded_after_filter", "texture_decoded_late")]
 
 
 def turned(s: float, t: float, degrees: float = ROTATION) -> tuple[float, float]:
