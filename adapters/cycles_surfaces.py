@@ -8,19 +8,19 @@ tint). Elsewhere light that is weighted by Schlick's transition lights the surfa
 from __future__ import annotations
 
 import enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from types import ModuleType
-    from typing import Any
 
     import numpy.typing as npt
     from bpy.types import Image, Material, NodeSocket
 
-    from notabug.adapters.cycles_nodes import Graph, Value
-    from notabug.adapters.job_types import Arrays, Job, LightSaid, MaterialSaid
+    from notabug.adapters.cycles_nodes import Constant, Graph, Value
+    from notabug.adapters.job_types import Arrays, Job, LightSaid, MaterialSaid, MitsubaPreview
 
 _TANGENTS = ("along", "up")  # the names of the mesh's attributes dP/du and dP/dv, in the order of their arrays
 
@@ -45,14 +45,14 @@ class Surfaces:
 
     def takes(self) -> bool:
         """Whether Fresnel's reflection takes diffuse light away from any surface."""
-        return any(_diffuse(said) and any(_preview(said)) for said in self.job["materials"])
+        return any(_diffuse(said) and bool(_preview(said)) for said in self.job["materials"])
 
     def tints(self) -> bool:
         """Whether the highlight of any surface is between that of a metal and that of a dielectric."""
-        return any(_is_between(_preview(said)) for said in self.job["materials"] if _preview(said))
+        return any(_is_between(preview) for preview in map(_preview, self.job["materials"]) if preview)
 
     def glows(self) -> bool:
-        return any(_glow(_preview(said)) for said in self.job["materials"] if _preview(said))
+        return any(_glow(preview) for preview in map(_preview, self.job["materials"]) if preview)
 
     def of(self, part: Part, light: LightSaid | None) -> list[Material]:
         """Every material of the job, showing ``part``. Schlick's transition is that of ``light``, if one is given."""
@@ -111,10 +111,10 @@ class Surfaces:
             graph.put(normal, surface.inputs["Normal"])
         return surface.outputs[0]
 
-    def _looked_up(self, graph: Graph, index: int, constant: Any) -> Value:
+    def _looked_up(self, graph: Graph, index: int, constant: Sequence[float]) -> Value:
         """What the texture ``index`` says, or the ``constant`` where it is -1."""
         if index < 0:
-            return float(constant[0]), float(constant[1]), float(constant[2])
+            return _three(constant)
         texture = self.job["textures"][index]
         node, uv = graph.node("TexImage"), graph.node("UVMap")
         if index not in self.images:
@@ -130,19 +130,19 @@ class Surfaces:
 class _Base:
     """The terms of a UsdPreviewSurface, by the names of ``Preview`` in scenes_usd/scene.py, as nodes of ``graph``."""
 
-    def __init__(self, surfaces: Surfaces, graph: Graph, preview: dict[str, Any], colour: Value) -> None:
+    def __init__(self, surfaces: Surfaces, graph: Graph, preview: MitsubaPreview, colour: Value) -> None:
         one = surfaces.nodes.ONE
         self.graph, self.preview = graph, preview
 
-        def number(name: str) -> Value:
-            return surfaces._looked_up(graph, preview.get(f"{name}_map", -1), (preview[name],) * 3)
+        def number(index: int, constant: float) -> Value:
+            return surfaces._looked_up(graph, index, (constant,) * 3)
 
         ratio = ((1.0 - preview["ior"]) / (1.0 + preview["ior"])) ** 2
         self.at_normal = (ratio,) * 3
-        self.roughness = number("roughness")
-        self.low, self.high, self.diffuse = tuple(preview["specular"]), one, colour
+        self.roughness = number(preview["roughness_map"], preview["roughness"])
+        self.low, self.high, self.diffuse = _three(preview["specular"]), one, colour
         if not preview["specular_workflow"]:
-            metallic = number("metallic")
+            metallic = number(preview["metallic_map"], preview["metallic"])
             self.high = graph.mixed(one, colour, metallic)
             self.low = graph.times(graph.mixed(self.at_normal, one, metallic), self.high)
             self.diffuse = graph.times(colour, graph.less(one, metallic))
@@ -153,7 +153,7 @@ class _Base:
         graph = self.graph
         if self.preview["normal_map"] < 0:
             return None
-        said = surfaces._looked_up(graph, self.preview["normal_map"], None)
+        said = surfaces._looked_up(graph, self.preview["normal_map"], (0.0, 0.0, 1.0))
         N = graph.of_node("NewGeometry", "Normal")
         along, up = (graph.attribute(name) for name in _TANGENTS)
         tangent = graph.unit(graph.less(along, graph.times(N, graph.vector("DOT_PRODUCT", along, N))))
@@ -198,6 +198,11 @@ class _Base:
         return node.outputs[0]
 
 
+def _three(values: Sequence[float]) -> Constant:
+    r, g, b = values
+    return float(r), float(g), float(b)
+
+
 def _sum(graph: Graph, shaders: list[NodeSocket]) -> NodeSocket:
     total = shaders[0]
     for shader in shaders[1:]:
@@ -216,9 +221,9 @@ def _towards(graph: Graph, light: LightSaid) -> Value:
     return graph.unit(graph.less((x, y, z), graph.of_node("NewGeometry", "Position")))
 
 
-def _preview(said: MaterialSaid) -> dict[str, Any]:
-    """The preview surface's own fields, or none."""
-    return said.get("preview") or {}
+def _preview(said: MaterialSaid) -> MitsubaPreview | None:
+    """The preview surface's own fields, if it is one."""
+    return cast("MitsubaPreview | None", said.get("preview"))
 
 
 def _diffuse(said: MaterialSaid) -> bool:
@@ -228,12 +233,12 @@ def _diffuse(said: MaterialSaid) -> bool:
     return not metal and (said["texture"] >= 0 or any(said["diffuse"]))
 
 
-def _is_between(preview: dict[str, Any]) -> bool:
+def _is_between(preview: MitsubaPreview) -> bool:
     metallic = preview["metallic_map"] >= 0 or 0.0 < preview["metallic"] < 1.0
     return metallic and not preview["specular_workflow"]
 
 
-def _glow(preview: dict[str, Any]) -> bool:
+def _glow(preview: MitsubaPreview) -> bool:
     return preview["emission_map"] >= 0 or any(preview["emission"])
 
 

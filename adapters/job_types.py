@@ -159,7 +159,7 @@ class GlJob(TypedDict):
 
 
 class MitsubaPreview(TypedDict):
-    """The fields of ``Preview`` in scenes_usd/scene.py that the child reads."""
+    """The fields of ``Preview`` in scenes_usd/scene.py that Mitsuba's child and Cycles' read."""
 
     specular_workflow: bool
     metallic: float

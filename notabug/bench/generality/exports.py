@@ -12,7 +12,7 @@ import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -196,7 +196,7 @@ def table(records: Sequence[Record]) -> list[tuple[str, ...]]:
     renderers = list(dict.fromkeys(record["renderer"] for record in records))
     said: dict[tuple[str, str], dict[str, str]] = {}
     for record in records:
-        names: Any = record.get("bugs") or record.get("limitations") or []
+        names: list[str] = record.get("bugs") or record.get("limitations") or []
         told = f"{record['word']}{': ' + names[0].replace('_', ' ') if names else ''}"
         said.setdefault((record["mesh"], record.get("fault", "")), {})[record["renderer"]] = told
     lines = [

@@ -40,7 +40,7 @@ def main(folder: Path) -> None:
     scene.camera = bpy.context.object
     scene.camera.data.lens = 42.0
     scene.render.resolution_x = scene.render.resolution_y = 512
-    bpy.ops.wm.usd_export(filepath=str(folder / "blender.usda"), export_lights=True, export_cameras=True)
+    bpy.ops.wm.usd_export(filepath=str(folder / "blender.usda"), root_prim_path="/World")
 
 
 def principled(bpy: ModuleType, name: str) -> tuple[Material, NodeTree, Node]:
