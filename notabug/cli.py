@@ -14,7 +14,7 @@ from notabug.command_line import judging, machine, runs, scenes
 from notabug.command_line.app import app
 from notabug.ending import Stopped, exit_state, report_defect, signals_as_exceptions
 from notabug.exit_codes import ExitCode, exit_code
-from notabug.scenes_usd.errors import FileError, NotabugError, is_of_files
+from notabug.scenes_usd.errors import FileError, NotabugError, SceneError, is_of_files
 
 __all__ = ["app", "judging", "machine", "main", "runs", "scenes"]  # importing those four adds the commands to ``app``
 
@@ -61,14 +61,24 @@ def _told(error: Exception) -> int:
 
     out = console(stderr=True)
     parts = getattr(error, "errors", (error,))  # of a scene that breaks the contract in many ways each
-    for part in parts:
-        line = Text("notabug: ", style="bold red").append(" ".join(str(part).split()), style="default not bold")
+    for part in sorted(parts, key=_place) if len(parts) > 1 else parts:  # in the order in which check lists them
+        asked = getattr(part, "asked", None)
+        says = " ".join((str(part) if asked is None else asked.named(str(part))).split())
+        line = Text("notabug: ", style="bold red").append(says, style="default not bold")
         out.print(line, soft_wrap=True)
-    mended = sum(bool(getattr(part, "mends", ())) for part in parts)
-    if mended:
-        all_of = "all of it" if mended == len(parts) else f"{mended} of {len(parts)}"
-        out.print(f"notabug adapt SCENE --out own.usda mends {all_of}, in a layer over the scene", soft_wrap=True)
+    scenes = [part for part in parts if isinstance(part, SceneError)]
+    if any(part.mends for part in scenes):
+        from notabug.commands.check import steps_after  # with all that it takes to look at a scene
+
+        for step in steps_after(scenes):
+            out.print(Text(step), soft_wrap=True)
     return exit_code(error)
+
+
+def _place(error: Exception) -> tuple[str, str]:
+    """The prim that ``error`` is about, and the attribute."""
+    where = str(getattr(error, "where", ""))
+    return where.partition(".")[0], where
 
 
 if __name__ == "__main__":

@@ -18,11 +18,12 @@ import numpy as np
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade
 
 from notabug.scenes_usd.card import OWN_CARD
+from notabug.scenes_usd.diagnostics import silenced
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.framing import LIT, direction
 from notabug.scenes_usd.layer_values import shown_value, typed
 from notabug.scenes_usd.lens import write_lens
-from notabug.scenes_usd.opinion import Opinion
+from notabug.scenes_usd.opinion import BLOCKED, LEFT_OUT, Opinion
 from notabug.scenes_usd.reader import scene_id
 from notabug.scenes_usd.reader_camera import DEFAULT_SIZE, cameras
 from notabug.scenes_usd.reader_choice import check_frame, choose, frames, open_stage
@@ -34,6 +35,7 @@ from notabug.scenes_usd.scene import Camera, Floats
 from notabug.scenes_usd.view import AS_IT_IS, DRAWN, View, prim_and_set
 
 Mends = Literal["picture", "scene"]
+LEFT_OUT_BECAUSE = "left out: "  # begins the reason why a prim is not drawn
 _PASSES = 5  # a value that is put right may show the next one that is not
 _STAGE_METADATA = (  # of the root layer alone: those of a sublayer say nothing
     "upAxis",
@@ -98,7 +100,8 @@ def flattened_over(path: Path, variants: Mapping[str, str], view: View, mends: M
 def _told(path: Path) -> Iterator[None]:
     """What OpenUSD refuses inside is told as a fault of the scene at ``path``."""
     try:
-        yield
+        with silenced(path):
+            yield
     except Tf.ErrorException as error:
         got = " ".join(str(error).split())
         raise SceneError("OpenUSD refuses it", where=str(path), got=got, do="try usdchecker") from error
@@ -160,7 +163,9 @@ class _Layer:
             self._say(f"{root.GetPath()}.customData:notabug", "a card: a scene of your own")
 
     def _say(self, where: str, what: str) -> None:
-        self.said.append(f"{where}: {what}")
+        line = f"{where}: {what}"
+        if line not in self.said:
+            self.said.append(line)
 
     def _free(self, path: str) -> str:
         """``path``, with a number where the stage already has such a prim."""
@@ -273,7 +278,8 @@ class _Layer:
 
     def _last_resort(self, remark: Remark) -> Iterator[Opinion]:
         """For a fault that no value mends: a grey material, or the prim left out."""
-        because = f"left out: {remark.what}"
+        attribute = remark.where.removeprefix(remark.path).removeprefix(".")
+        because = f"{LEFT_OUT_BECAUSE}{attribute}{': ' * bool(attribute)}{remark.what}"
         prim = self._stage.GetPrimAtPath(remark.path) if Sdf.Path.IsValidPathString(remark.path) else None
         while prim and not prim.IsPseudoRoot():
             if prim.IsA(UsdShade.Material):
@@ -286,7 +292,7 @@ class _Layer:
 
     def _apply(self, opinion: Opinion) -> None:
         prim = self._prim(opinion.path)
-        if prim is None:
+        if prim is None or self._has_said(prim, opinion):
             return
         where, because = f"{opinion.path}.{opinion.name}", f" ({opinion.because})" if opinion.because else ""
         if opinion.type == "preview" and isinstance(opinion.value, tuple):
@@ -297,6 +303,9 @@ class _Layer:
             relationship = prim.GetRelationship(opinion.name) or prim.CreateRelationship(opinion.name, False)
             relationship.SetTargets([])
             self._say(where, f"no targets{because}")
+        elif opinion.type == BLOCKED:
+            prim.GetAttribute(opinion.name).Block()
+            self._say(where, f"none{because}")
         else:
             kind = Sdf.ValueTypeNames.Find(opinion.type)
             attribute = prim.GetAttribute(opinion.name) or prim.CreateAttribute(opinion.name, kind, False)
@@ -304,8 +313,19 @@ class _Layer:
             if attribute.HasAuthoredConnections():
                 attribute.SetConnections([])
             attribute.Set(typed(opinion.type, opinion.value))
+            if opinion.because.startswith(LEFT_OUT_BECAUSE):
+                prim.SetCustomDataByKey(LEFT_OUT, opinion.because.removeprefix(LEFT_OUT_BECAUSE))
             old = "" if was is None else f", was {shown_value(was)}"
             self._say(where, f"{shown_value(opinion.value)}{old}{because}")
+
+    def _has_said(self, prim: Usd.Prim, opinion: Opinion) -> bool:
+        """Whether the layer says so already: several faults of one prim may be mended by the same opinion."""
+        spec = self._layer.GetAttributeAtPath(prim.GetPath().AppendProperty(opinion.name))
+        if spec is None or opinion.type in ("preview", "rel"):
+            return False
+        if opinion.type == BLOCKED:
+            return isinstance(spec.default, Sdf.ValueBlock)
+        return spec.HasDefaultValue() and bool(np.all(spec.default == typed(opinion.type, opinion.value)))
 
     def _prim(self, path: str) -> Usd.Prim | None:
         """The prim at ``path``, whose instance becomes one of its own where it is shared."""

@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 import errno
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from notabug.scenes_usd.opinion import Opinion
+
+if TYPE_CHECKING:
+    from notabug.scenes_usd.view import View
 
 
 class NotabugError(Exception):
@@ -21,13 +28,28 @@ class NotabugError(Exception):
         super().__init__(f"{where}: {message}" if where else message)
 
 
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A scene as a user named it, and the choice of its picture."""
+
+    source: str
+    variants: Mapping[str, str]
+    view: View
+
+    def named(self, text: str) -> str:
+        """``text`` with the scene's own name in the place of the word SCENE of an advice."""
+        return text.replace("adapt SCENE ", f"adapt {shlex.quote(self.source)} ")
+
+
 class SceneError(NotabugError):
     """A scene that breaks the contract: names the prim path and the attribute.
 
-    ``mends`` are opinions which, in a layer over the scene, would take it into the contract.
+    ``mends`` are opinions which, in a layer over the scene, would take it into the contract; ``asked`` what was to be
+    read, where a user named it.
     """
 
     mends: tuple[Opinion, ...] = ()
+    asked: Asked | None = None
 
 
 class ManyFaultsError(SceneError):

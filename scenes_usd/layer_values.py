@@ -31,7 +31,8 @@ def typed(kind: str, value: Value) -> object:
 def shown_value(value: object) -> str:
     """A value in a line: numbers in few digits."""
     if isinstance(value, bool) or not isinstance(value, int | float | tuple | Gf.Vec3f):
-        text = str(value)
+        text = str(value).strip("@") if isinstance(value, Sdf.AssetPath) else str(value)
+        text = text or "empty"
         return text if len(text) <= 60 else f"{text[:57]}..."
     if isinstance(value, int | float):
         return f"{value:g}"

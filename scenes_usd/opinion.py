@@ -8,6 +8,10 @@ Value = bool | int | float | str | tuple[float, ...] | tuple[str, ...] | list[fl
 """What an attribute can be told to be."""
 
 
+BLOCKED = "block"  # the type of an opinion that an attribute has no value
+LEFT_OUT = "notabug:leftOut"  # key of the custom data of a prim that adapt leaves out; its value says why
+
+
 @dataclass(frozen=True, slots=True)
 class Opinion:
     """The attribute ``name`` of the prim at ``path`` is to be ``value``, of the Sdf type called ``type``.

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from notabug.scenes_usd.errors import ManyFaultsError, SceneError
+from notabug.scenes_usd.errors import Asked, ManyFaultsError, SceneError
 from notabug.scenes_usd.fence import OutsideError
 from notabug.scenes_usd.reader import CORPUS, find, read_scene
 from notabug.scenes_usd.scene import Scene
@@ -33,9 +33,17 @@ class Taken:
     says: tuple[str, ...] = ()
 
     def told(self, source: str) -> str:
-        """One line that says so."""
-        all_of_it = f"notabug check {source} lists all, notabug adapt {source} --out own.usda writes it down"
-        return f"{source}: {summary(self.says)}; {all_of_it}"
+        """A line that says how it was adapted, and one that says what is left out; "" where there is neither."""
+        lines = []
+        if self.says:
+            all_of_it = f"notabug check {source} lists all, notabug adapt {source} --out own.usda writes it down"
+            lines.append(f"{source}: {summary(self.says)}; {all_of_it}")
+        if self.scene.left_out:
+            count = len(self.scene.left_out)
+            paths = ", ".join(self.scene.left_out[:_TOLD]) + (f" and {count - _TOLD} more" if count > _TOLD else "")
+            what = "object cannot be drawn and is" if count == 1 else "objects cannot be drawn and are"
+            lines.append(f"{source}: {count} {what} left out of the picture: {paths}; notabug check {source} says why")
+        return "\n".join(lines)
 
 
 def summary(says: tuple[str, ...]) -> str:
@@ -56,6 +64,16 @@ def take_scene(
 
     Raises SceneError, or ManyFaultsError, for what no adaptation mends, or none that ``mends`` admits.
     """
+    try:
+        return _taken(source, variants, view, mends)
+    except SceneError as error:
+        asked = Asked(str(source), dict(variants or {}), view or AS_IT_IS)
+        for part in (error, *(error.errors if isinstance(error, ManyFaultsError) else ())):
+            part.asked = asked
+        raise
+
+
+def _taken(source: str | Path, variants: Mapping[str, str] | None, view: View | None, mends: Mends) -> Taken:
     try:
         return Taken(read_scene(source, variants, view))
     except OutsideError:

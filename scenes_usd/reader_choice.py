@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pxr import Sdf, Tf, Usd
 
+from notabug.scenes_usd.diagnostics import silenced
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.reading import refuse
 from notabug.scenes_usd.view import prim_and_set, variant_word
@@ -18,7 +19,8 @@ _LISTED = 12  # names that a message lists at most
 def open_stage(path: Path) -> Usd.Stage:
     """The stage, with a session layer of its own: the file is never written to."""
     try:
-        return Usd.Stage.Open(str(path))
+        with silenced(path):
+            return Usd.Stage.Open(str(path))
     except Tf.ErrorException as error:
         reason = what_usd_says(str(error), path)
         raise SceneError("cannot be opened as a USD stage", where=str(path), got=reason, do="try usdchecker") from error
@@ -75,9 +77,10 @@ def known_variants(path: Path, key: str) -> tuple[str, ...]:
     """The variants of the set that ``key`` names on the stage in ``path``, as it stands; none where it has no such."""
     stage = open_stage(path)
     root = stage.GetDefaultPrim() or stage.GetPseudoRoot()
-    if not _has_set(stage, root, key):
-        return ()
-    return tuple(map(str, _holder(stage, root, key).GetVariantSet(prim_and_set(key)[1]).GetVariantNames()))
+    with silenced(path):  # a stage may compose more when it is asked
+        if not _has_set(stage, root, key):
+            return ()
+        return tuple(map(str, _holder(stage, root, key).GetVariantSet(prim_and_set(key)[1]).GetVariantNames()))
 
 
 def _holder(stage: Usd.Stage, root: Usd.Prim, key: str) -> Usd.Prim:

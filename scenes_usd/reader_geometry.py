@@ -9,11 +9,13 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Usd, UsdGeom
 
+from notabug.scenes_usd.errors import SceneError
+from notabug.scenes_usd.opinion import BLOCKED, Opinion
 from notabug.scenes_usd.primvar import Places, Values
 from notabug.scenes_usd.reader_faces import sound_faces
 from notabug.scenes_usd.reader_solids import solid_faces
 from notabug.scenes_usd.reader_texture import Coordinates
-from notabug.scenes_usd.reader_values import check_reach, fault, integers, number, turns_over, value, vectors
+from notabug.scenes_usd.reader_values import check_reach, fault, integers, number, opinion, turns_over, value, vectors
 from notabug.scenes_usd.scene import Floats, Ints, Mesh, Sphere
 from notabug.scenes_usd.schemes import SCHEMES, Scheme
 
@@ -229,16 +231,25 @@ def _normals(prim: Usd.Prim, points: Floats, counts: Ints, corners: Ints) -> tup
     ``primvars:normals`` wins over ``normals``, as USD says.
     """
     name = "primvars:normals"
-    first = _corner_primvar(prim, name, 3, len(points), counts, corners)
-    if first is not None:
-        return name, first
-    name = "normals"
-    values = vectors(prim, name, 3)
-    if not len(values):
-        return name, None
-    interpolation = str(UsdGeom.Mesh(prim).GetNormalsInterpolation())
-    found = _spread(prim, name, values, interpolation, len(points), counts, corners)
-    return name, found.values[found.at]
+    try:
+        first = _corner_primvar(prim, name, 3, len(points), counts, corners)
+        if first is not None:
+            return name, first
+        name = "normals"
+        values = vectors(prim, name, 3)
+        if not len(values):
+            return name, None
+        interpolation = str(UsdGeom.Mesh(prim).GetNormalsInterpolation())
+        found = _spread(prim, name, values, interpolation, len(points), counts, corners)
+        return name, found.values[found.at]
+    except SceneError as error:
+        error.mends = error.mends or _facets(prim, name)
+        raise
+
+
+def _facets(prim: Usd.Prim, name: str) -> tuple[Opinion, ...]:
+    """The opinion that a mesh has no normals ``name``: then its facets are drawn."""
+    return opinion(prim, name, BLOCKED, "", "bad normals: the mesh is drawn by its facets")
 
 
 def _check_directions(prim: Usd.Prim, name: str, normals: Floats, kept: Places) -> None:
@@ -251,6 +262,7 @@ def _check_directions(prim: Usd.Prim, name: str, normals: Floats, kept: Places) 
             f"the normal of corner {zero[0]} has no length",
             expected="a direction",
             do="leave the normals out, and the mesh is drawn by its facets, or author each",
+            mends=_facets(prim, name),
         )
 
 

@@ -30,7 +30,7 @@ from notabug.scenes_usd.reader_values import (
     where,
     world_matrix,
 )
-from notabug.scenes_usd.reading import going_on, note, recovered, refuse
+from notabug.scenes_usd.reading import DIRECT_ONLY, going_on, note, recovered, refuse
 from notabug.scenes_usd.scene import Emitter, Floats, Light, Object, ShadowMap, Shaping
 
 _PLAIN = (  # attribute, its type, the only value the contract can say, where the schema's own fallback may differ
@@ -156,7 +156,7 @@ def read_shape(prim: Usd.Prim, kind: str) -> Light:
         none = opinion(prim, name, "asset", "")
         what = f"a texture on a {kind} light is not supported"
         refuse(fault(prim, name, what, expected="a constant colour, or a dome", mends=none))
-    note("approximated", where(prim), "its direct light only, and the light itself is not seen")
+    note("approximated", where(prim), f"{DIRECT_ONLY}: the light itself is not seen")
     normalized = kind != "dome" and bool(value(prim, "inputs:normalize", "flag", False))
     exposure = number(prim, "inputs:exposure", 0.0, low=-1000.0, high=1000.0)
     size = area(light)

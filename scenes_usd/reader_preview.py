@@ -24,7 +24,7 @@ from notabug.scenes_usd.reader_values import (
     same,
     where,
 )
-from notabug.scenes_usd.reading import going_on, note, recovered, refuse
+from notabug.scenes_usd.reading import DIRECT_ONLY, going_on, note, recovered, refuse
 from notabug.scenes_usd.scene import Preview
 
 _NUMBERS = {  # input, its schema's fallback, the most it may be
@@ -43,7 +43,7 @@ NARROW = 0.05
 """A roughness below which a highlight is narrower than a pixel of a usual picture: 0.05 is an angle of 0.14 degrees."""
 _BLACK = (0.0, 0.0, 0.0)
 _UP = (0.0, 0.0, 1.0)
-_DIRECT = "direct light only: other surfaces are not seen in it, and what it emits lights nothing"
+_DIRECT = f"{DIRECT_ONLY}: other surfaces are not seen in it, and what it emits lights nothing"
 
 
 @dataclass(slots=True)

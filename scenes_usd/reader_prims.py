@@ -11,6 +11,7 @@ from notabug.scenes_usd.reading import view
 
 LIGHTS = ("SphereLight", "DistantLight", "RectLight", "DiskLight", "CylinderLight", "DomeLight", "DomeLight_1")
 _DRAWN_AS_NOTHING = ("", "Xform", "Scope", "Camera", "SkelRoot")  # and whatever is registered but not imageable
+_FIELDS = ("OpenVDBAsset", "Field3DAsset")  # of a volume, of which it is said that nothing is drawn
 
 
 def visible(root: Usd.Prim) -> Iterator[Usd.Prim]:
@@ -37,7 +38,7 @@ def visible(root: Usd.Prim) -> Iterator[Usd.Prim]:
 def not_read(prim: Usd.Prim) -> str:
     """What a picture lacks since nothing is read of ``prim``, in words; "" where it lacks nothing."""
     kind = str(prim.GetTypeName())
-    if kind in _DRAWN_AS_NOTHING or prim.IsA(UsdGeom.Subset):
+    if kind in _DRAWN_AS_NOTHING or kind in _FIELDS or prim.IsA(UsdGeom.Subset):
         return ""
     if not Usd.SchemaRegistry.GetTypeFromName(kind):
         return f"{kind}: a type that OpenUSD does not know"

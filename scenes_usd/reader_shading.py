@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
-from pxr import Gf, Tf, Usd, UsdGeom, UsdShade
+from pxr import Gf, Usd, UsdGeom, UsdShade
 
+from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.opinion import Opinion
 from notabug.scenes_usd.primvar import Places
 from notabug.scenes_usd.reader_inputs import PREVIEW, Inputs
@@ -46,6 +46,7 @@ _REFLECTION_INPUTS = (
     "ior",
 )
 GREY = (0.18, 0.18, 0.18)  # the diffuse colour that UsdPreviewSurface falls back to
+_AS_GREY = "no material and no displayColor: grey 0.18 is drawn"
 _AS_COLOUR = "no material: its displayColor is drawn as Lambertian"
 _MOST_COLOURS = 64  # of the faces of one mesh: each becomes an object
 _COLOUR_INPUTS = ("diffuseColor", "base_color", "baseColor", "diffuse_color", "basecolor", "diffuseReflectionColor")
@@ -67,18 +68,8 @@ class Materials:
         if material:
             return self._once(material, prim)
         if relationship:
-            refuse(
-                fault(
-                    prim,
-                    "material:binding",
-                    "bound to what is no material",
-                    expected="a Material prim",
-                    got=", ".join(str(path) for path in relationship.GetTargets()) or "no path",
-                    do="apply MaterialBindingAPI and author rel material:binding",
-                    mends=opinion(prim, str(relationship.GetName()), "rel", []),
-                )
-            )
-        return self._plain(prim)
+            refuse(_not_bound(prim, relationship))
+        return self._plain(prim, told=bool(relationship))
 
     def _once(self, material: UsdShade.Material, prim: Usd.Prim) -> int:
         """The index of ``material``; one that looks at primvars is another one for each prim."""
@@ -97,16 +88,20 @@ class Materials:
         self.coordinates.append(found[1])
         return self._index[path]
 
-    def _plain(self, prim: Usd.Prim) -> int:
-        """The material that a prim's displayColor and displayOpacity say, where they are constant."""
+    def _plain(self, prim: Usd.Prim, *, told: bool = False) -> int:
+        """The material that a prim's displayColor and displayOpacity say, where they are constant.
+
+        ``told``: that the prim has no material has been said already.
+        """
         colour = recovered(lambda: one_value(prim, "primvars:displayColor", 3), None)
         clear = self.display_opacity(prim)
         if colour is None and clear == 1.0:
-            note("approximated", where(prim, "material:binding"), "no material and no displayColor: grey 0.18 is drawn")
+            if not told:
+                note("approximated", where(prim, "material:binding"), _AS_GREY)
             return self.grey()
         name = "primvars:displayColor"
         said = recovered(lambda: check_colour(prim, name, GREY if colour is None else colour[0]), GREY)
-        if colour is not None:
+        if colour is not None and not told:
             note("approximated", where(prim, "material:binding"), _AS_COLOUR)
         return self.coloured(str(prim.GetPath()), said, clear)
 
@@ -277,15 +272,28 @@ def _surface(material: UsdShade.Material, output: UsdShade.Output, expected: str
     return shader
 
 
+def _not_bound(prim: Usd.Prim, relationship: Usd.Relationship) -> SceneError:
+    """What is wrong with a binding of ``prim`` to no material: its target is not there, or is something else."""
+    targets = relationship.GetTargets()
+    found = prim.GetStage().GetPrimAtPath(targets[0].GetPrimPath()) if targets else None
+    what = "bound to what is no material" if found or not targets else "bound to a material that does not exist"
+    kind = f" (a {found.GetTypeName() or 'prim without a type'})" if found else ""
+    return fault(
+        prim,
+        str(relationship.GetName()),
+        what,
+        expected="a Material prim",
+        got=(", ".join(str(path) for path in targets) or "no path") + kind,
+        do="name a Material there, or take the binding away",
+        mends=opinion(prim, str(relationship.GetName()), "rel", []),
+    )
+
+
 def _bound(prim: Usd.Prim) -> tuple[UsdShade.Material, Usd.Relationship]:
     """The material that is bound to ``prim``, and by which relationship.
 
-    Older exporters bind without applying MaterialBindingAPI: OpenUSD honours that, and warns of it at each look.
+    Older exporters bind without applying MaterialBindingAPI: OpenUSD honours that.
     """
-    trap = getattr(Tf, "DiagnosticTrap", None)  # which the oldest OpenUSD that we take does not have
-    with trap() if trap is not None else nullcontext() as trapped:
-        found: tuple[UsdShade.Material, Usd.Relationship]
-        found = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
-        if trapped is not None:
-            trapped.ClearWarnings()
+    found: tuple[UsdShade.Material, Usd.Relationship]
+    found = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
     return found

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pxr import Sdf, Tf, Usd, UsdGeom, UsdLux, UsdRender
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdLux, UsdRender, Vt
 
 from notabug.scenes_usd.card import OWN_CARD, read_card
+from notabug.scenes_usd.diagnostics import silenced
 from notabug.scenes_usd.errors import SceneError
 from notabug.scenes_usd.fence import check_opened, layers_of
 from notabug.scenes_usd.framing import camera_for
+from notabug.scenes_usd.opinion import LEFT_OUT
 from notabug.scenes_usd.reader_camera import Picture, find_settings, read_picture
 from notabug.scenes_usd.reader_choice import check_frame, choose, open_stage
 from notabug.scenes_usd.reader_light import read_light, with_size
@@ -19,7 +22,7 @@ from notabug.scenes_usd.reader_links import with_links
 from notabug.scenes_usd.reader_objects import Drawing
 from notabug.scenes_usd.reader_pixel import PixelGrid
 from notabug.scenes_usd.reader_prims import LIGHTS, not_read, visible
-from notabug.scenes_usd.reader_values import fault, opinion, where
+from notabug.scenes_usd.reader_values import fault, opinion, value, where
 from notabug.scenes_usd.reading import Remark, going_on, note, reading, recovered, refuse, remarks
 from notabug.scenes_usd.reading import view as meant
 from notabug.scenes_usd.scene import Light, Mesh, Scene
@@ -68,7 +71,8 @@ def _survey(
 def _guarded(path: Path, scene_id: str, variants: Mapping[str, str], over: Sdf.Layer | None = None) -> Scene | None:
     """The scene, or None with its faults noted in the reading in hand."""
     try:
-        return _read_stage(path, scene_id, variants, over)
+        with silenced(path):
+            return _read_stage(path, scene_id, variants, over)
     except SceneError as error:
         refuse(error)
     except Tf.ErrorException as error:
@@ -92,14 +96,15 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str], over: Sd
     if not is_trusted(path):
         check_opened(stage, path)
     for error in stage.GetCompositionErrors():
-        got = " ".join(str(error).split())
-        refuse(SceneError("the stage does not compose", where=str(error.rootSite.path), got=got))
+        refuse(SceneError("the stage does not compose", where=str(error.rootSite.path), got=_composing(error, path)))
     card = recovered(lambda: read_card(root.GetCustomData(), str(root.GetPath())), OWN_CARD)
     picture = recovered(lambda: read_picture(stage), Picture(None, 1, 1))
     grid = PixelGrid(picture.camera, picture.width, picture.height)
     drawing = Drawing(stage, None if is_trusted(path) else path.parent, grid)
     lights: list[tuple[Usd.Prim, Light]] = []
+    left_out = _left_out(stage)
     for prim in visible(stage.GetPseudoRoot()):
+        _look_at_ops(prim)
         if drawing.draws(prim):
             with going_on():
                 drawing.add(prim)
@@ -144,12 +149,40 @@ def _read_stage(path: Path, scene_id: str, variants: Mapping[str, str], over: Sd
         intent=intent,
         notes=_lacks(),
         view=meant(),
+        left_out=left_out,
     )
+
+
+def _composing(error: object, path: Path) -> str:
+    """What OpenUSD says of a thing that does not compose, by the names of files: a layer in memory is over ``path``."""
+    return re.sub(r"@anon:[^@]*@", f"@{path}@", " ".join(str(error).split()))
+
+
+def _look_at_ops(prim: Usd.Prim) -> None:
+    """Note an op that the order of a transform names and the prim lacks: OpenUSD places the prim without it."""
+    order = prim.GetAttribute("xformOpOrder")
+    named = order.Get() if order and order.HasAuthoredValue() else None
+    for op in named if isinstance(named, Vt.TokenArray) else ():
+        name = str(op).removeprefix("!invert!")
+        if name != "!resetXformStack!" and not prim.HasAttribute(name):
+            note("approximated", where(prim, "xformOpOrder"), f"names {name}, which the prim lacks: placed without it")
+
+
+def _left_out(stage: Usd.Stage) -> tuple[str, ...]:
+    """The prims that a layer of ``notabug adapt`` leaves out, since they cannot be drawn; each is noted as not read."""
+    found = []
+    for prim in Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()):
+        because = prim.GetCustomDataByKey(LEFT_OUT)
+        if isinstance(because, str) and value(prim, "visibility", "word") == UsdGeom.Tokens.invisible:
+            note("not read", where(prim), f"left out by notabug adapt: {because}")
+            found.append(str(prim.GetPath()))
+    return tuple(found)
 
 
 def _lacks() -> tuple[str, ...]:
     """One line about what of the stage was not read, for whoever wonders at a verdict."""
     lacking = [remark for remark in remarks() if remark.kind == "not read" and ".inputs:" not in remark.where]
+    lacking = [remark for remark in lacking if not remark.what.startswith("PortalLight")]  # no picture lacks it
     if not lacking:
         return ()
     more = f" and {len(lacking) - 1} more (notabug check lists them)" if len(lacking) > 1 else ""
@@ -159,6 +192,7 @@ def _lacks() -> tuple[str, ...]:
 def _pass_over(prim: Usd.Prim) -> None:
     """Note what is not read, and refuse a light of a kind that is none; a portal guides samples, and lights nothing."""
     if str(prim.GetTypeName()) == "PortalLight":
+        note("not read", where(prim), "PortalLight: it guides samples of a dome, and lights nothing itself")
         return
     if prim.HasAPI(UsdLux.LightAPI):
         raise fault(
@@ -176,21 +210,23 @@ def _pass_over(prim: Usd.Prim) -> None:
 
 def says_its_picture(path: Path, variants: Mapping[str, str]) -> bool:
     """Whether the stage in ``path`` names a size and a camera, so that whoever opens it draws the same picture."""
-    stage = open_stage(path)
-    root = stage.GetDefaultPrim()
-    if root:
-        choose(stage, root, variants)
-    settings = find_settings(stage)
-    return settings is not None and UsdRender.Settings(settings).GetCameraRel().HasAuthoredTargets()
+    with silenced(path):
+        stage = open_stage(path)
+        root = stage.GetDefaultPrim()
+        if root:
+            choose(stage, root, variants)
+        settings = find_settings(stage)
+        return settings is not None and UsdRender.Settings(settings).GetCameraRel().HasAuthoredTargets()
 
 
 def flattened(path: Path, variants: Mapping[str, str]) -> str:
     """The stage as one layer's text, with ``variants`` chosen and every reference resolved; assets by absolute path."""
-    stage = open_stage(path)
-    root = stage.GetDefaultPrim()
-    if root:
-        choose(stage, root, variants)
-    return str(stage.Flatten(False).ExportToString())
+    with silenced(path):
+        stage = open_stage(path)
+        root = stage.GetDefaultPrim()
+        if root:
+            choose(stage, root, variants)
+        return str(stage.Flatten(False).ExportToString())
 
 
 def _intent(stage: Usd.Stage, root: Usd.Prim, path: str, drawing: Drawing) -> Mesh | None:

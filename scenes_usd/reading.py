@@ -20,6 +20,7 @@ from notabug.scenes_usd.view import AS_IT_IS, View
 Kind = Literal["approximated", "not read", "out of the contract"]
 
 T = TypeVar("T")
+DIRECT_ONLY = "direct light only"  # begins what is said of a light or material of which no more is drawn
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,10 +52,11 @@ class Reading:
     """One reading: the ``view`` and what was noted so far, each thing once."""
 
     view: View = field(default_factory=View)
-    remarks: dict[tuple[str, str], Remark] = field(default_factory=dict)
+    remarks: dict[tuple[str, str, str], Remark] = field(default_factory=dict)
 
     def add(self, remark: Remark) -> None:
-        self.remarks.setdefault((remark.where, remark.what), remark)
+        got = remark.error.got if remark.error is not None else ""
+        self.remarks.setdefault((remark.where, remark.what, got), remark)
 
     @property
     def errors(self) -> tuple[SceneError, ...]:

@@ -318,6 +318,7 @@ class Scene:
     intent: Mesh | None = None  # the guide mesh, when the card names one
     notes: tuple[str, ...] = ()  # what of the file the scene lacks; nothing that moves a pixel of it
     view: View = AS_IT_IS  # which picture of the stage was asked for
+    left_out: tuple[str, ...] = ()  # prims that a layer of ``notabug adapt`` leaves out, for they cannot be drawn
     adapted: Literal["", "picture", "scene"] = ""  # in memory: which picture is meant, or what is drawn too
 
     @property

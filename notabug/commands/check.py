@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,14 +16,15 @@ from notabug.commands.judge import one_variant
 from notabug.exit_codes import ExitCode
 from notabug.results.wording import counted
 from notabug.runs.progress import console
-from notabug.scenes_usd.errors import ManyFaultsError, NotabugError, SceneError
+from notabug.scenes_usd.errors import Asked, ManyFaultsError, NotabugError, SceneError
 from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.reader import survey_scene
 from notabug.scenes_usd.reader_stage import Survey
-from notabug.scenes_usd.reading import Remark
+from notabug.scenes_usd.reading import DIRECT_ONLY, Remark
 from notabug.scenes_usd.scene import Mesh, Scene
-from notabug.scenes_usd.view import View
+from notabug.scenes_usd.view import AS_IT_IS, View
 
+_PATHS = 3  # that a line about many prims names
 ORDER = ("out of the contract", "approximated", "not read")
 _GLYPHS = {"out of the contract": ("✗", "bold red"), "approximated": ("≈", "yellow"), "not read": ("–", "dim")}
 
@@ -36,11 +39,11 @@ def command(*, source: str, variants: list[str], view: View, as_json: bool) -> E
     if as_json:
         print(json.dumps(as_document(source, survey), ensure_ascii=False))
     else:
-        show(console(), source, survey, () if survey.scene is not None else _left(source, chosen, view))
+        show(console(), source, survey, () if survey.scene is not None else faults_left(source, chosen, view))
     return ExitCode.OK if survey.scene is not None else ExitCode.USAGE
 
 
-def _left(source: str, variants: dict[str, str], view: View) -> tuple[SceneError, ...]:
+def faults_left(source: str, variants: dict[str, str], view: View) -> tuple[SceneError, ...]:
     """The faults of ``source`` that no adaptation mends."""
     try:
         take_scene(source, variants, replace(view, quick=True))
@@ -95,11 +98,9 @@ def show(out: Console, source: str, survey: Survey, left: tuple[SceneError, ...]
 
     ``left`` are the faults that no adaptation mends.
     """
-    for remark in by_path(survey):
-        glyph, style = _GLYPHS[remark.kind]
-        out.print(
-            Text(f"{glyph} {remark.kind}: ", style=style).append(says(remark), style="default not bold"), soft_wrap=True
-        )
+    for kind, line in lines(source, by_path(survey)):
+        glyph, style = _GLYPHS[kind]
+        out.print(Text(f"{glyph} {kind}: ", style=style).append(line, style="default not bold"), soft_wrap=True)
     kinds: Counter[str] = Counter(remark.kind for remark in survey.remarks)
     told = ", ".join(f"{kinds[kind]} {kind}" for kind in ORDER if kinds[kind]) or "nothing to remark"
     out.print(Text(f"{source}: {told}"), soft_wrap=True)
@@ -113,14 +114,49 @@ def show(out: Console, source: str, survey: Survey, left: tuple[SceneError, ...]
         )
         out.print(f"next: notabug run {source}", markup=False, soft_wrap=True)
         return
+    for line in next_steps(source, left, any(remark.mends for remark in survey.remarks)):
+        out.print(line, markup=False, soft_wrap=True)
+
+
+def next_steps(source: str, left: Sequence[SceneError], mends: bool) -> list[str]:
+    """What to do with a scene that is out of the contract: ``left`` are the faults that no adaptation mends.
+
+    ``mends`` says whether it mends any.
+    """
+    name = shlex.quote(source)
     if not left:
-        do = f"notabug run {source} draws it adapted in memory; notabug adapt {source} --out own.usda writes that down"
-        out.print(f"next: {do}", markup=False, soft_wrap=True)
-    elif any(remark.mends for remark in survey.remarks):
-        what = f"mends all but {len(left)}, to be mended by hand:"
-        out.print(f"next: notabug adapt {source} --out own.usda {what}", markup=False, soft_wrap=True)
-        for error in left:
-            out.print(f"  {error}", markup=False, soft_wrap=True)
+        do = f"notabug run {name} draws it adapted in memory; notabug adapt {name} --out own.usda writes that down"
+        return [f"next: {do}"]
+    if not mends:
+        return []
+    where = dict.fromkeys(
+        f"  {error.where}: {error.what}{f', {error.got}' if error.got else ''}"
+        for error in sorted(left, key=lambda error: error.where)
+    )
+    return [f"next: notabug adapt {name} --out own.usda mends all but {len(where)}, to be mended by hand:", *where]
+
+
+def steps_after(errors: Sequence[SceneError]) -> list[str]:
+    """The same for ``errors`` of a scene that a user named; nothing where they are of several scenes, or of none."""
+    asked = {error.asked.source: error.asked for error in errors if error.asked is not None}
+    if len(asked) != 1 or not any(error.mends for error in errors):
+        return []
+    (scene,) = asked.values()
+    return next_steps(scene.source, faults_left(scene.source, dict(scene.variants), scene.view), mends=True)
+
+
+def lines(source: str, told: Sequence[Remark]) -> list[tuple[str, str]]:
+    """The kind and the line of each remark of ``source``; those of direct light only share the line of the first."""
+    direct = [remark for remark in told if remark.what.startswith(DIRECT_ONLY)]
+    found, of_scene = [], Asked(source, {}, AS_IT_IS)
+    for remark in told:
+        if len(direct) < 2 or remark not in direct:
+            found.append((remark.kind, of_scene.named(says(remark))))
+        elif remark is direct[0]:
+            paths = ", ".join(each.path for each in direct[:_PATHS])
+            more = f" and {len(direct) - _PATHS} more (--json lists them)" if len(direct) > _PATHS else ""
+            found.append((remark.kind, f"{DIRECT_ONLY}, of {len(direct)} lights and materials: {paths}{more}"))
+    return found
 
 
 def says(remark: Remark) -> str:

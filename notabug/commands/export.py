@@ -36,7 +36,7 @@ def command(
     for choice in choose(scenes, parse_variants(variants), every_variant=every_variant, view=view):
         taken = take_scene(choice.source, choice.variants, choice.view)
         scene = with_meshes(taken.scene) if meshes else taken.scene
-        if taken.says:
+        if taken.told(choice.source):
             console(stderr=True).print(taken.told(choice.source), markup=False, soft_wrap=True)
         folder = scene_folder(out, choice.folder or choice.id, scene.variant)
         folder.mkdir(parents=True, exist_ok=True)

@@ -65,7 +65,7 @@ def command(
     height, width = pictures[0].pixels.shape[:2]
     taken = take_scene(source, chosen, replace(view, size=(width, height)), "picture")
     scene = taken.scene
-    if taken.says:
+    if taken.told(source):
         console(stderr=True).print(Text(taken.told(source)), soft_wrap=True)
     said = declared.said(declare_words)
     declaration = declare(pictures, filter_name, radius, precision, srgb=srgb, noisy=noisy, samples=samples, said=said)

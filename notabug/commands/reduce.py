@@ -50,7 +50,7 @@ def command(
     examiner = Examiner(who, Quality(samples=samples, seeds=tuple(range(seeds))))
     taken = take_scene(scene, one_variant(variants), view)
     start = taken.scene
-    if taken.says:
+    if taken.told(scene):
         quiet.print(Text(taken.told(scene)), soft_wrap=True)
     first = examiner.show(start)
     name = bug(first.verdict)

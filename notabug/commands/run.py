@@ -177,7 +177,7 @@ def _read_own(choices: Sequence[Choice], quiet: Console) -> list[Choice]:
             faults += error.errors if isinstance(error, ManyFaultsError) else (error,)
             read.append(replace(choice, refused=str(error)))
             continue
-        if taken.says:
+        if taken.told(choice.source):
             quiet.print(Text(taken.told(choice.source)), soft_wrap=True)
         read.append(replace(choice, scene=taken.scene if own else None))
     if faults and all(choice.refused for choice in read):
