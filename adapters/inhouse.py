@@ -120,6 +120,7 @@ class InHouse:
     def render(self, scene: Scene, out: Path, quality: Quality) -> tuple[Render, ...]:
         from notabug.references.models.model import models
         from notabug.references.predict import configured
+        from notabug.references.tracer.emitters import DRAWN_DIRECTIONS
         from notabug.references.tracer.envelope import trace_picture
 
         check_supported(self, scene)
@@ -158,6 +159,7 @@ class InHouse:
                 seed=seed,
                 dtype=self.precision,
                 threads=quality.threads,
+                directions=DRAWN_DIRECTIONS if samples == 1 else 0,
             )
             image = out / f"inhouse-{seed}.exr"
             write_exr(image, pixels)

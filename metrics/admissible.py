@@ -59,12 +59,13 @@ def admissible(
     peak: float = math.inf,
     leeway: Floats | None = None,
     fine: Bools | None = None,
+    unsure: Floats | None = None,
 ) -> Admissible:
     """What ``envelope`` admits for pictures of a renderer that declares its pixel filter and its output's precision.
 
     ``peak`` is the brightest value of the reference: a hypothesis with a brighter one is given no wider tolerance for
     it everywhere else. ``leeway`` (h, w, 3) is by how much the edges of shadows may be lit;
-    None: not at all. At the pixels ``fine`` (h, w) the envelope is as exact as its bound says, and the pictures' own
+    None: not at all. ``unsure`` (h, w, 3) is by how much centres may be off. At the pixels ``fine`` (h, w) the envelope is as exact as its bound says, and the pictures' own
     samples are random: what those miss is noise.
     """
     point = declaration.filter == "point"
@@ -86,6 +87,8 @@ def admissible(
         value, lo, hi = (np.minimum(each, declaration.white) for each in (value, lo, hi))
     tau = tolerance * np.abs(value) + ABSOLUTE * max(min(float(value.max(initial=0.0)), peak), 1e-9)
     tau += _rounded(declaration, value, hi)
+    if point and unsure is not None:  # an error that is nought by chance is not so next to it
+        tau += extreme(extreme(unsure, np.maximum), np.maximum)
     samples = missed = None
     sampled = (lo, hi, envelope.variance if declaration.filter == "box" else most_variance(hi - lo))
     if not point:

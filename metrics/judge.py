@@ -31,7 +31,7 @@ from notabug.metrics.sets import admitted
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.camera import shift_message
 from notabug.references.models.model import Model, models
-from notabug.references.predict import predict
+from notabug.references.predict import centre_error, predict
 from notabug.references.tracer.envelope import Envelope
 from notabug.references.tracer.precision import RELATIVE
 from notabug.scenes_usd.errors import NotabugError
@@ -77,15 +77,16 @@ def judge(
     bare = predict(scene, ())
     if not reckonable(bare):
         raise _no_reference(scene, bare)
-    reference = admissible(bare, declaration, tolerance)
+    unsure = centre_error(scene, bare) if declaration.filter == "point" else None
+    reference = admissible(bare, declaration, tolerance, unsure=unsure)
     wrong = invalid(pictures, scene.height, scene.width)
     if wrong is not None:
         return _refused(wrong, pictures, reference)
     measured = measure(pictures, reference.edge, declaration.samples if declaration.filter in ("point", "box") else 0)
     moved = leeway(scene, bare) if suspected(measured, bare, reference, declaration) else None
     if moved is not None:
-        reference = admissible(bare, declaration, tolerance, leeway=moved)
-    predicted = Predictions(scene, bare, reference, declaration, tolerance, moved)
+        reference = admissible(bare, declaration, tolerance, leeway=moved, unsure=unsure)
+    predicted = Predictions(scene, bare, reference, declaration, tolerance, moved, unsure)
     known = list(models(scene))
     open_to = admitted(known, declaration)
     found = explain(measured, open_to, predicted, predicted.preview, predicted.closely)

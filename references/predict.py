@@ -18,7 +18,7 @@ import numpy.typing as npt
 from notabug.references import _native
 from notabug.references.cache import cache_root, source_hash
 from notabug.references.models.model import Model
-from notabug.references.tracer.emitters import PREVIEW_DIRECTIONS
+from notabug.references.tracer.emitters import DRAWN_DIRECTIONS, PREVIEW_DIRECTIONS
 from notabug.references.tracer.envelope import Envelope, trace_changes, trace_envelope, trace_picture
 from notabug.references.tracer.options import Options
 from notabug.scenes_usd import triangulate
@@ -160,6 +160,23 @@ def preview(scene: Scene, models: Iterable[Model] = ()) -> npt.NDArray[np.float3
     if time.perf_counter() - began > WORTH_KEEPING:
         _keep(path, [picture])
     return picture
+
+
+def centre_error(scene: Scene, known: Envelope) -> npt.NDArray[np.float32] | None:
+    """By how much (h, w, 3) the reference ``known`` of ``scene`` is off at pixels' centres; None: by rounding alone.
+
+    Of a light with a size a centre knows as much as CENTRE_DIRECTIONS tell: the error is what more of them change.
+    """
+    if not any(light.emitter is not None for light in scene.lights):
+        return None
+    path = _path(*configured(scene, ()), "previews", "exact centres")
+    try:
+        exact = _stored_picture(path)
+    except (OSError, ValueError, EOFError):
+        _forget(path)
+        exact = _single(trace_picture(*configured(scene, ()), directions=DRAWN_DIRECTIONS))
+        _keep(path, [exact])
+    return _single(np.abs(exact - known.point))
 
 
 def preview_at(scene: Scene, models: Iterable[Model], at: npt.NDArray[np.intp]) -> npt.NDArray[np.float32]:

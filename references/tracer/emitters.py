@@ -14,6 +14,7 @@ from notabug.scenes_usd.scene import Emitter, Light, Shaping
 SHAPES = ("none", "sphere", "rect", "disk", "cylinder", "sun", "dome")  # in the order of Shape in native/emitter.h
 DIRECTIONS = 55  # to each light with a size, from every sample of a pixel
 CENTRE_DIRECTIONS = 233  # and from its centre, whose value stands alone
+DRAWN_DIRECTIONS = 987  # and from a centre that a picture consists of: what it is off counts as its renderer's error
 PREVIEW_DIRECTIONS = 55  # and from the centre of a preview, of which only differences to others of its kind count
 
 
