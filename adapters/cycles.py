@@ -25,6 +25,7 @@ DEFAULT_SAMPLES = 16
 LEAST_SIDE = 4  # pixels; Blender draws no fewer, whatever it is asked for
 ON_A_LIGHT = 16  # samples for each that is asked for, where a light has a size: each looks at one place on it
 _WIDEST = math.radians(60.0)  # half of a sun's angle: a far ball that is wider would reach into the scene
+FARTHEST = 2e4  # radii of an exact sphere from the camera: at 1e4 Cycles' float32 hits are right, at 1e5 they are not
 _SQUARE = 1e-6  # relative deviation from square pixels: one that float32 cannot show
 
 
@@ -88,8 +89,7 @@ class Cycles:
                 got=f"{scene.width} x {scene.height}",
             )
         check_lights(scene, centres=quality.samples == 1)
-        for shape in scene.spheres:
-            centre_and_radius(shape)
+        _check_spheres(scene)
         self.find()
         samples = quality.samples or DEFAULT_SAMPLES
         seeds = (quality.seeds or (0,))[: 1 if samples == 1 else None]
@@ -113,6 +113,21 @@ def _check_pixels(name: str, camera: Camera, aspect: float) -> None:
             expected=f"an aperture {aspect:g} times as wide as high",
             got=f"{camera.tan_x / camera.tan_y:g}",
         )
+
+
+def _check_spheres(scene: Scene) -> None:
+    """Raise UnsupportedError for an ellipsoid, and for a sphere so far away that its surface is lost in rounding."""
+    for shape in scene.spheres:
+        centre, radius = centre_and_radius(shape)
+        distance = float(np.linalg.norm(np.asarray(centre) - scene.camera.to_world[3, :3])) / max(radius, 1e-300)
+        if distance > FARTHEST:
+            raise UnsupportedError(
+                "Cycles' point clouds lose the surface of a far sphere in rounding",
+                where=shape.path,
+                expected=f"at most {FARTHEST:g} radii from the camera",
+                got=f"{distance:.3g}",
+                do="make it a mesh",
+            )
 
 
 def check_lights(scene: Scene, *, centres: bool) -> None:

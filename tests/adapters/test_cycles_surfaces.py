@@ -195,6 +195,13 @@ def test_lights_that_blender_lacks_are_refused(lamp: Light, expected: str, stage
         check_lights(scene, centres=False)
 
 
+def test_a_sphere_too_far_away_is_refused(stage: Any, tmp_path: Path) -> None:
+    scene = scene_of(stage, None, ball=True)
+    far = replace(scene, camera=stage.camera((1e5, 0, 0)))
+    with pytest.raises(UnsupportedError, match="radii from the camera"):
+        Cycles().render(far, tmp_path, Quality(samples=1))
+
+
 def test_one_sample_of_a_light_with_a_size_is_refused(stage: Any, tmp_path: Path) -> None:
     with pytest.raises(UnsupportedError, match="more than 1 sample"):
         Cycles().render(scene_of(stage, None, [LIGHTS["rect"]]), tmp_path, Quality(samples=1))
