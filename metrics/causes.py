@@ -30,7 +30,7 @@ class Cause:
 
     ``numbers`` are what the verdict then prints in the place of those that only a picture without a bug leg has.
     ``of_values`` is what it makes of values (..., 3), where it changes each pixel by itself. ``strengths`` are the
-    numbers of which ``cause_called`` makes it again.
+    numbers of which ``cause_called`` makes it again. A ``turn`` moves pixels as a whole: it leaves nothing to a blend.
     """
 
     name: str
@@ -39,6 +39,7 @@ class Cause:
     numbers: Mapping[str, float] = field(default_factory=dict)
     of_values: Callable[[Floats], Floats] | None = None
     strengths: tuple[float, ...] = ()
+    turn: bool = False
 
 
 def changed(to: Admissible, change: Callable[[Floats], Floats]) -> Admissible:
@@ -149,9 +150,12 @@ def _black() -> Cause:
 
 
 def _of_no_strength() -> Iterator[Cause]:
-    yield _moving("upside_down", "the picture is upside down", lambda a: a[::-1])
-    yield _moving("mirrored", "the picture is mirrored left to right", lambda a: a[:, ::-1])
-    yield _moving("rotated", "the picture is rotated by 180 degrees", lambda a: a[::-1, ::-1])
+    for turn in (
+        _moving("upside_down", "the picture is upside down", lambda a: a[::-1]),
+        _moving("mirrored", "the picture is mirrored left to right", lambda a: a[:, ::-1]),
+        _moving("rotated", "the picture is rotated by 180 degrees", lambda a: a[::-1, ::-1]),
+    ):
+        yield replace(turn, turn=True)
     yield _cause("channels_swapped", "red and blue are exchanged", lambda a: a[..., ::-1])
     yield Cause(
         "srgb_encoded",
