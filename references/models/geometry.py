@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
 from notabug.references.models.model import Edit, Model, edit_meshes
 from notabug.scenes_usd.authoring.shapes import lat_long
-from notabug.scenes_usd.scene import Floats, Mesh, Scene, Sphere
+from notabug.scenes_usd.scene import Floats, Ints, Mesh, Scene, Sphere
 
 _NORMALS = "Turkowski 1990, Transformations of Surface Normal Vectors; UsdGeomMesh: normals, orientation"
 _STAGE = "UsdGeomXformable, UsdShadeMaterialBindingAPI"
 
 
-AROUND, HIGH = 128, 64  # facets of a mesh that stands for a sphere, around its axis and from pole to pole
+AROUND, HIGH = 256, 128  # facets of a mesh that stands for a sphere, around its axis and from pole to pole
 _EXCHANGED = np.eye(3)[[0, 2, 1]]
 UP_AXES: tuple[tuple[Floats, str], ...] = (
     (_EXCHANGED * [1.0, 1.0, -1.0], " and z negated"),
@@ -115,10 +116,10 @@ def _negated(axis: int) -> Edit:
 def smooth_mesh(sphere: Sphere) -> Mesh:
     """A mesh with the sphere's own normals, for shading that no exact sphere has.
 
-    It has so many facets that its outline is at most 0.03 pixels inside the sphere's where that is 100 pixels wide.
+    It has so many facets that its outline is less than a hundredth of a pixel inside the sphere's where that is 100
+    pixels wide.
     """
-    points, faces = lat_long(AROUND, HIGH)
-    unit, corners = np.array(points, np.float64), np.array(faces, np.int32)
+    unit, corners = _unit_mesh()
     linear, origin = sphere.to_world[:3, :3], sphere.to_world[3, :3]
     if np.linalg.det(linear) < 0.0:  # mirrored: seen from outside the corners run clockwise
         corners = corners[:, ::-1]
@@ -134,6 +135,13 @@ def smooth_mesh(sphere: Sphere) -> Mesh:
         normals=outwards[at],
         to_world=sphere.to_world,
     )
+
+
+@cache
+def _unit_mesh() -> tuple[Floats, Ints]:
+    """Points (p, 3) of the unit sphere, which are their own normals, and corners (t, 3) of its triangles."""
+    points, faces = lat_long(AROUND, HIGH)
+    return np.array(points, np.float64), np.array(faces, np.int32)
 
 
 def _of(mesh: Mesh) -> Floats:
