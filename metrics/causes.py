@@ -29,7 +29,8 @@ class Cause:
     """A named change of the whole picture: from the set that is admissible without it to the one under it.
 
     ``numbers`` are what the verdict then prints in the place of those that only a picture without a bug leg has.
-    ``of_values`` is what it makes of values (..., 3), where it changes each pixel by itself.
+    ``of_values`` is what it makes of values (..., 3), where it changes each pixel by itself. ``strengths`` are the
+    numbers of which ``cause_called`` makes it again. A ``turn`` moves pixels as a whole: it leaves nothing to a blend.
     """
 
     name: str
@@ -37,6 +38,8 @@ class Cause:
     under: Callable[[Admissible], Admissible]
     numbers: Mapping[str, float] = field(default_factory=dict)
     of_values: Callable[[Floats], Floats] | None = None
+    strengths: tuple[float, ...] = ()
+    turn: bool = False
 
 
 def changed(to: Admissible, change: Callable[[Floats], Floats]) -> Admissible:
@@ -67,8 +70,36 @@ def shift_numbers(dx: float, dy: float) -> dict[str, float]:
     return {"shift_x": dx, "shift_y": dy}
 
 
-def _shift(mean: Floats, dx: float, dy: float) -> Callable[[Admissible], Admissible]:
-    return lambda to: without_border(changed(to, lambda a: shifted(a, dx, dy)), mean, dx, dy)
+def _shift(mean: Floats, dx: float, dy: float) -> Cause:
+    def under(to: Admissible) -> Admissible:
+        return without_border(changed(to, lambda a: shifted(a, dx, dy)), mean, dx, dy)
+
+    return Cause("pixel_shift", shift_message(dx, dy), under, shift_numbers(dx, dy), strengths=(dx, dy))
+
+
+def _gain(gain: float) -> Cause:
+    made = _cause("light_gain", gain_message(gain), lambda a: a * gain)
+    return replace(made, numbers={"gain": gain}, strengths=(gain,))
+
+
+def _cut_off(top: float) -> Cause:
+    made = _cause("clamped", f"values are cut off at {top:.4g}", lambda a: np.minimum(a, top))
+    return replace(made, strengths=(top,))
+
+
+def _power(gamma: float) -> Cause:
+    said = f"values are raised to the power {gamma:.3f}"
+    made = _cause("gamma", said, lambda a: np.power(np.maximum(a, 0.0), gamma))
+    return replace(made, strengths=(gamma,))
+
+
+def _scale(scale: float) -> Cause:
+    made = _moving(
+        "field_of_view",
+        f"the picture is scaled by {scale:.4f} about its centre: the field of view or the aspect is wrong",
+        lambda a: zoomed(a, scale),
+    )
+    return replace(made, strengths=(scale,))
 
 
 def _encoded(to: Admissible) -> Admissible:
@@ -81,11 +112,50 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
     mean = measured.mean
     bright = max(float(to.value.max(initial=0.0)), 1e-30)
     if float(np.abs(mean).max(initial=0.0)) < POLICY.causes.black * bright:
-        yield _cause("black", "every pixel is black: no light, no object or no camera", np.zeros_like)
+        yield _black()
         return
-    yield _moving("upside_down", "the picture is upside down", lambda a: a[::-1])
-    yield _moving("mirrored", "the picture is mirrored left to right", lambda a: a[:, ::-1])
-    yield _moving("rotated", "the picture is rotated by 180 degrees", lambda a: a[::-1, ::-1])
+    yield from _of_no_strength()
+    gain = _median_ratio(mean, to.value, bright)
+    if gain is not None:
+        yield _gain(gain)
+    top = _top(mean, to.value)
+    if top is not None:
+        yield _cut_off(top)
+    gamma = _gamma(mean, to.value, bright)
+    if gamma is not None:
+        yield _power(gamma)
+    for dx, dy in find_shifts(mean, to.value):
+        yield _shift(mean, dx, dy)
+    scale = find_scale(mean, to.value)
+    if scale is not None:
+        yield _scale(scale)
+
+
+def cause_called(name: str, strengths: tuple[float, ...], mean: Floats) -> Cause | None:
+    """The cause of that ``name`` in the picture ``mean`` (h, w, 3), made again of its ``strengths``.
+
+    So it can be looked at again at the strength that the judge has fitted. None: there is no such cause.
+    """
+    if name == "pixel_shift" and len(strengths) == 2:
+        return _shift(mean, *strengths)
+    of_one = {"light_gain": _gain, "clamped": _cut_off, "gamma": _power, "field_of_view": _scale}
+    if name in of_one and len(strengths) == 1:
+        return of_one[name](*strengths)
+    plain = (_black(), *_of_no_strength())
+    return next((cause for cause in plain if cause.name == name and not strengths), None)
+
+
+def _black() -> Cause:
+    return _cause("black", "every pixel is black: no light, no object or no camera", np.zeros_like)
+
+
+def _of_no_strength() -> Iterator[Cause]:
+    for turn in (
+        _moving("upside_down", "the picture is upside down", lambda a: a[::-1]),
+        _moving("mirrored", "the picture is mirrored left to right", lambda a: a[:, ::-1]),
+        _moving("rotated", "the picture is rotated by 180 degrees", lambda a: a[::-1, ::-1]),
+    ):
+        yield replace(turn, turn=True)
     yield _cause("channels_swapped", "red and blue are exchanged", lambda a: a[..., ::-1])
     yield Cause(
         "srgb_encoded",
@@ -104,26 +174,6 @@ def causes(measured: Measured, to: Admissible) -> Iterator[Cause]:
         f"a picture that is decoded by sRGB's curve was encoded by the power 1/{POLICY.causes.power}",
         lambda a: decode_srgb(np.power(np.clip(a, 0.0, 1.0), 1.0 / POLICY.causes.power)),
     )
-    gain = _median_ratio(mean, to.value, bright)
-    if gain is not None:
-        yield replace(_cause("light_gain", gain_message(gain), lambda a: a * gain), numbers={"gain": gain})
-    top = _top(mean, to.value)
-    if top is not None:
-        yield _cause("clamped", f"values are cut off at {top:.4g}", lambda a: np.minimum(a, top))
-    gamma = _gamma(mean, to.value, bright)
-    if gamma is not None:
-        yield _cause(
-            "gamma", f"values are raised to the power {gamma:.3f}", lambda a: np.power(np.maximum(a, 0.0), gamma)
-        )
-    for dx, dy in find_shifts(mean, to.value):
-        yield Cause("pixel_shift", shift_message(dx, dy), _shift(mean, dx, dy), shift_numbers(dx, dy))
-    scale = find_scale(mean, to.value)
-    if scale is not None:
-        yield _moving(
-            "field_of_view",
-            f"the picture is scaled by {scale:.4f} about its centre: the field of view or the aspect is wrong",
-            lambda a: zoomed(a, scale),
-        )
 
 
 def gain_message(gain: float) -> str:

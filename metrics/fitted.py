@@ -65,7 +65,8 @@ def fitted(bug: Bug, fault: Model) -> Iterator[Name]:
         patched = patchwork(measured, found.target, predict((fault,)))
         left = significance(residual(measured.mean, patched), measured, patched)
         leaves = bug.remains(left, still=bool(left.triggers))
-        yield Name(fault.name, fault.claim, leaves, bug.misfit(patched) * FREE + CHOICE)
+        misfit = bug.misfit(patched) * FREE + CHOICE
+        yield Name(fault.name, fault.claim, leaves, misfit, strengths=fault.made_of)
     if closer.strength != fault.strength:
         yield from fitted(bug, replace(closer, at=None))
     if fault.placed is not None and NOTHING < remains(bug, nearest) < HOPE:  # behind what is missing more may be
@@ -108,9 +109,18 @@ def named(bug: Bug, fault: Model, found: Explanation) -> Name:
     numbers = {"gain": fault.strength} if fault.name == "light_gain" else {}
     if fault.rule == "choice":
         axes = 1 if fault.jointly else fault.axes  # a model of one axis tells how many there are
-        return Name(fault.name, claim, remains(bug, found), off, found, numbers=numbers, axes=axes)
+        return Name(
+            fault.name,
+            claim,
+            remains(bug, found),
+            off,
+            found,
+            numbers=numbers,
+            axes=axes,
+            strengths=fault.made_of,
+        )
     free = (found.freedom, fault.rule == "any")
-    return Name(fault.name, claim, remains(bug, found), off * FREE + CHOICE, found, *free)
+    return Name(fault.name, claim, remains(bug, found), off * FREE + CHOICE, found, *free, strengths=fault.made_of)
 
 
 def _leaves_black(bug: Bug, found: Explanation) -> bool:

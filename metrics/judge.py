@@ -12,9 +12,9 @@ import numpy.typing as npt
 from notabug.adapters.base import Declaration
 from notabug.adapters.spheres import as_given
 from notabug.metrics import perceive as eye
-from notabug.metrics.admissible import Admissible, admissible, reckonable, suspected
+from notabug.metrics.admissible import Admissible, admissible, reckonable, residual, suspected
 from notabug.metrics.causes import gain_message
-from notabug.metrics.channels import pixels, put
+from notabug.metrics.channels import largest, pixels, put
 from notabug.metrics.explain import Explanation, beside_faults, explain, few_wrong
 from notabug.metrics.global_fit import untold_gain
 from notabug.metrics.hesitation import hesitation
@@ -112,7 +112,7 @@ def judge(
             name = name_bug(measured, found, possible(faults, declaration), beside, close, predicted.preview, others)
         if name.name == "unexplained":
             name = _global_name(found) or name
-        bug = _bug(name, found)
+        bug = _bug(name, found, measured, reference)
         # a large gain hides a limitation until it is taken out: the fault's own explanation holds what is beside it
         word, findings, message = "bug", (bug, *_limitations(name.fitted or found, declaration)), bug.message
     else:
@@ -161,21 +161,39 @@ def _global_name(found: Explanation) -> Name | None:
     if found.significance.triggers:
         return None
     if found.global_fit.gained:
-        return Name("light_gain", gain_message(found.global_fit.gain), 0.0)
+        return Name("light_gain", gain_message(found.global_fit.gain), 0.0, strengths=(found.global_fit.gain,))
     if found.global_fit.warped and not found.global_fit.shifted:
         moved = f"edges move by up to {found.global_fit.warp:.2f} pixels against the middle"
         return Name("field_of_view", f"{moved}: the field of view, the aspect or the roll is wrong", 0.0)
     x, y = found.global_fit.shift
-    return Name("pixel_shift", shift_message(x, y), 0.0)
+    return Name("pixel_shift", shift_message(x, y), 0.0, strengths=(x, y))
 
 
-def _bug(name: Name, found: Explanation) -> Finding:
+def _bug(name: Name, found: Explanation, measured: Measured, reference: Admissible) -> Finding:
     wrong, tiles = found.significance.pixels, found.significance.tiles
     if not wrong.any():  # faint and wide: the tiles that deviate, or the whole picture
         h, w = wrong.shape
         wrong = in_tiles(tiles, h, w) if tiles.any() else np.ones((h, w), bool)
     z = float(found.significance.z[wrong].max())
-    return Finding("bug", name.name, float(wrong.sum()), box(wrong), z=z, message=name.message, regions=regions(wrong))
+    # outside of what the reference admits, and of what the limitations beside it admit
+    outside = [largest(np.abs(residual(measured.mean, to)) - to.tau) for to in (reference, found.target)]
+    return Finding(
+        "bug",
+        name.name,
+        float(wrong.sum()),
+        box(wrong),
+        z=z,
+        message=name.message,
+        regions=regions(wrong),
+        worst=_worst(np.minimum(*outside), wrong),
+        strengths=name.strengths,
+    )
+
+
+def _worst(off: Floats, among: Bools) -> tuple[int, int]:
+    """The pixel (x, y) that is most ``off`` (h, w) of those ``among`` which it is looked for."""
+    y, x = np.unravel_index(int(np.argmax(np.where(among, off, -np.inf))), off.shape)
+    return int(x), int(y)
 
 
 def _limitations(found: Explanation, declaration: Declaration) -> tuple[Finding, ...]:
@@ -187,7 +205,18 @@ def _limitations(found: Explanation, declaration: Declaration) -> tuple[Finding,
             kind: Literal["limitation", "convention"] = "convention" if model.kind == "convention" else "limitation"
             area, strength = float(alpha.sum()), float(found.before[mask].max())
             message = model.claim + undeclared(model, declaration)
-            made.append(Finding(kind, model.name, area, box(mask), z=strength, message=message, regions=regions(mask)))
+            made.append(
+                Finding(
+                    kind,
+                    model.name,
+                    area,
+                    box(mask),
+                    z=strength,
+                    message=message,
+                    regions=regions(mask),
+                    worst=_worst(found.before, mask),
+                )
+            )
     return tuple(made)
 
 

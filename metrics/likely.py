@@ -254,7 +254,8 @@ def _jointly(
             strengths, here = further, there
     rounded = np.array([float(f"{strength:.3g}") for strength in strengths])
     rounded[np.abs(rounded) < JOINT_LEAST * fault.strength] = 0.0
-    return replace(fault.jointly(rounded), axes=int(np.count_nonzero(rounded)))
+    strengths = tuple(float(strength) for strength in rounded)
+    return replace(fault.jointly(rounded), axes=int(np.count_nonzero(rounded)), strengths=strengths)
 
 
 def _regression(columns: Floats, values: Floats) -> Floats:
@@ -316,7 +317,8 @@ def refined(fault: Model, change: Floats, predict: Predict, scale: Floats) -> Mo
     if size is None:
         return fault
     off = (fault.strength - fault.neutral) * size
-    return replace(fault.at(_sane(fault.neutral + off, fault)), strength=fault.neutral + off)
+    strength = _sane(fault.neutral + off, fault)
+    return replace(fault.at(strength), strength=fault.neutral + off, strengths=(strength,))
 
 
 def _sane(strength: float, fault: Model) -> float:

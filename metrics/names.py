@@ -20,7 +20,8 @@ class Name:
     ``numbers`` are those of the verdict that the name knows better than a fit of the whole picture: a shift, a gain.
     ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
     fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
-    One that may show ``anything`` is told where no other is left. Its strength was fitted along ``axes``.
+    One that may show ``anything`` is told where no other is left. Its strength was fitted along ``axes``;
+    ``strengths`` are the numbers of which the fault, or the cause in the whole picture, is made again.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Name:
     preview_misfit: float = math.inf
     numbers: Mapping[str, float] = field(default_factory=dict)
     axes: int = 1
+    strengths: tuple[float, ...] = ()
 
     @property
     def laden(self) -> int:

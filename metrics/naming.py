@@ -60,7 +60,9 @@ def name_bug(
     bug = Bug(measured, found, limitations, predict, preview, worth(measured, reference), look)
     exact = EXACT * min(1.0, bug.misfit(found.target))  # what leaves less leaves nothing for another to explain
     wholes = whole_picture(bug)
-    best = best_of(None, (name for name, _ in wholes), exact, noisy=measured.noisy)
+    # a ball of another shading is nearly that ball upside down: a turn, which blends nothing, must leave nothing
+    said = (name for name, cause in wholes if not cause.turn or name.remains <= NOTHING)
+    best = best_of(None, said, exact, noisy=measured.noisy)
     near, cause = min(wholes, key=lambda whole: whole[0].remains, default=(UNNAMED, None))
     soon = near.remains < REMAINS  # a search beside what explains less is long, and mostly in vain
 

@@ -25,7 +25,8 @@ class Finding:
     the artifact takes) over the region's pixels, so noise and filter do not move it. ``jnd`` is the 95th percentile
     of ICtCp's Delta E_ITP over the region (1: just noticeable). ``z`` is the largest significance: |residual| in
     units of its standard error (or of the tolerance when there is no noise). ``region`` is [x0, y0, x1, y1) in
-    pixels, y down.
+    pixels, y down. ``worst`` is its worst pixel, (x, y): of a bug the one that is farthest outside of what is admitted.
+    ``strengths`` are the numbers that were fitted of a bug that comes in all strengths: a gain, a shift's two.
     """
 
     kind: Literal["limitation", "convention", "bug"]
@@ -37,6 +38,8 @@ class Finding:
     visible: bool = True
     message: str = ""
     regions: tuple[tuple[int, int, int, int], ...] = ()
+    worst: tuple[int, ...] = ()
+    strengths: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,4 +91,5 @@ class Verdict:
 
 def _finding(data: dict[str, Any]) -> Finding:
     boxes = {"region": tuple(data["region"]), "regions": tuple(tuple(box) for box in data.get("regions", ()))}
-    return Finding(**{**data, **boxes})
+    numbers = {name: tuple(data.get(name, ())) for name in ("worst", "strengths")}
+    return Finding(**{**data, **boxes, **numbers})

@@ -69,6 +69,7 @@ def _of_whole(bug: Bug, cause: Cause, target: Admissible, remains: float, beside
         whole=True,
         preview_misfit=bug.preview_misfit(target.value),
         numbers=cause.numbers,
+        strengths=cause.strengths,
     )
 
 
@@ -142,4 +143,4 @@ def _ray_names(bug: Bug, model: Model, vector: tuple[float, float]) -> Iterator[
 
     likeness = bug.likeness(model)
     for each in fitted(replace(bug, predict=bordered), model):
-        yield replace(each, preview_misfit=likeness, numbers=shift_numbers(*vector))
+        yield replace(each, preview_misfit=likeness, numbers=shift_numbers(*vector), strengths=vector)

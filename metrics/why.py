@@ -12,6 +12,8 @@ from notabug.adapters.base import Declaration
 from notabug.adapters.spheres import as_given
 from notabug.metrics.admissible import admissible
 from notabug.metrics.image_checks import invalid
+from notabug.metrics.recalled import Recalled, recalled
+from notabug.metrics.verdict import Verdict
 from notabug.references.models.model import Model, models
 from notabug.references.predict import configured, predict, preview_at
 from notabug.references.tracer.probe import Probe, probe
@@ -19,6 +21,7 @@ from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
 RGB = tuple[float, float, float]
+LEAVES_LITTLE = 0.1  # of what is off, that the verdict's own name may leave and still be told first: a rough strength
 ENOUGH = 5  # explanations that fit, where not all are asked for
 KINDS = ("convention", "limitation", "fault")  # of explanations that fit, legitimate ones come first
 
@@ -41,6 +44,8 @@ class Prediction:
     fits: bool
     alpha: float | None
     probe: Probe
+    told: bool = False  # the verdict on the whole picture names it, and it is at the strength that the verdict fitted
+    beside: tuple[str, ...] = ()  # limitations that the verdict finds beside it, and that are in its values
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +58,8 @@ class PixelExplanation:
     predictions: tuple[Prediction, ...]
     others: tuple[str, ...] = ()  # models that are farther off at the pixels' centres, and were not looked at closer
     idle: tuple[str, ...] = ()  # models that change nothing here
-    told: tuple[str, ...] = ()  # what the verdict on the whole picture names
+    bug: str = ""  # what the verdict on the whole picture says of its bug
+    worst: tuple[int, ...] = ()  # the bug's worst pixel
 
     def as_dict(self) -> dict[str, object]:
         return {name: _finite(part) for name, part in asdict(self).items()}
@@ -61,19 +67,22 @@ class PixelExplanation:
     def ranked(self) -> tuple[Prediction, ...]:
         """The models that change something here, best first: those that fit, by how near their own value is.
 
-        Many fit one pixel: those that the verdict on the whole picture names come first of them. Of equally near
-        ones the legitimate come before faults; what is alike in name and value is there once.
+        Many fit one pixel: those that the verdict on the whole picture names come first of them, its bug before what
+        is beside it, even where its strength leaves a little. Of equally near ones the legitimate come before faults;
+        what is alike in name and value is there once.
         """
         reference = self.predictions[0]
         acting = [each for each in self.predictions[1:] if each.probe != reference.probe or each.alpha is not None]
+        little = LEAVES_LITTLE * _off(self.found, reference)
         once = {(each.name, each.value): each for each in reversed(acting)}.values()
         return tuple(
             sorted(
                 once,
                 key=lambda each: (
+                    not (each.told and (each.fits or _off(self.found, each) < little)),
                     not each.fits,
+                    each.told and each.kind != "fault",
                     _off(self.found, each),
-                    each.name not in self.told,
                     self._from(each),
                     KINDS.index(each.kind),
                 ),
@@ -88,21 +97,30 @@ class PixelExplanation:
         """The reference with its terms, then the ``most`` best models, each with what it changes; None: all of them."""
         reference = self.predictions[0]
         ranked = self.ranked()
-        shown = ranked[:most]
+        first = ranked[:most]
+        shown = (
+            *first,
+            *(each for each in ranked[len(first) :] if each.told),
+        )  # what the verdict says is never left out
         lines = [f"pixel ({self.x}, {self.y}): found {_show(self.found)}", ""]
         lines += [_headline(self.found, reference), *_edge(reference), *_terms(reference.probe)]
         if reference.fits:
             lines.append("  nothing is wrong with this pixel")
-        for place, each in enumerate(shown, 1):
-            whole = ["  so says the verdict on the whole picture"] if each.name in self.told else []
-            lines += ["", f"{place}. {_headline(self.found, each)}", f"  {each.claim}", *whole]
+            if self.bug:
+                lines.append(f"  the verdict on the whole picture is a bug: {self.bug}")
+            if self.worst and self.worst != (self.x, self.y):
+                lines.append(f"  its worst pixel is another one: --pixel {self.worst[0]},{self.worst[1]}")
+        for each in shown:
+            lines += ["", f"{ranked.index(each) + 1}. {_headline(self.found, each)}", f"  {each.claim}"]
+            if each.told:
+                lines.append(f"  so says the verdict on the whole picture{_besides(each)}")
             if each.alpha is not None:
                 part = f"{each.alpha:.0%} of" if 0.0 <= round(each.alpha, 2) <= 1.0 else f"{each.alpha:.3g} times"
                 lines.append(f"  the picture shows {part} what this model changes here")
             lines += _edge(each)
             usual = set(_terms(reference.probe))
             lines += [line for line in _terms(each.probe) if line not in usual]
-        left = ranked[len(shown) :]
+        left = [each for each in ranked if each not in shown]
         if left:
             fitting = sum(each.fits for each in left)
             more = f" ({fitting} of them fit)" if fitting else ", none of which fits"
@@ -126,14 +144,14 @@ def explain_pixel(
     y: int,
     *,
     closest: int | None = None,
-    told: tuple[str, ...] = (),
+    verdict: Verdict | None = None,
 ) -> PixelExplanation:
     """Compare the value of ``pixels`` (h, w, 3) at (x, y), y down, with every model of ``scene``.
 
     ``closest``: with so many models only, those that come nearest at the centres of the pixel and its neighbours, and
     with none where the pixel is right, until ENOUGH fit. A whole picture of each costs a second or so, a few centres
-    cost nothing. A model whose edge only touches the pixel may be missed. ``told`` are the names in the verdict on the
-    whole picture: those models are looked at first, and are told first of those that fit.
+    cost nothing. A model whose edge only touches the pixel may be missed. What the ``verdict`` on the whole picture
+    names is looked at first, at the strength that the verdict fitted, and is told first of those that fit.
     """
     scene = as_given(scene, declaration)
     wrong = invalid([np.nan_to_num(pixels)], scene.height, scene.width)
@@ -142,17 +160,21 @@ def explain_pixel(
     found = np.asarray(pixels[y, x], np.float64)
     made: list[Prediction] = []
     reference = Model("reference", "convention", "what the intended model gives", "")
-    to = admissible(predict(scene), declaration)
+    to = right_here = admissible(predict(scene), declaration)
     right = bool((np.abs(found - np.clip(found, to.lo[y, x], to.hi[y, x])) <= to.tau[y, x]).all())
     known = [] if right and closest is not None else [each.under(declaration) for each in models(scene)]
-    acting, others, idle = _sifted(scene, known, found, x, y, closest, told)
-    for place, model in enumerate((reference, *acting)):
-        if closest is not None and sum(each.fits for each in made[1:]) >= ENOUGH:
-            others += tuple(each.name for each in acting[place - 1 :])
+    findings = () if verdict is None else verdict.findings
+    told = list(recalled(findings, known, scene, declaration, pixels)) if known else []
+    known = [each for each in known if not any(_same_fault(each, other) for other in told)]
+    acting, others, idle = _sifted(scene, known, found, x, y, closest)
+    first = Recalled(reference, None)
+    for place, each in enumerate((first, *told, *(Recalled(model, None) for model in acting))):
+        untold = place > len(told)
+        if closest is not None and untold and sum(one.fits for one in made[1:]) >= ENOUGH:
+            others += tuple(model.name for model in acting[place - 1 - len(told) :])
             break
-        chosen = () if model is reference else (model,)
-        to = admissible(predict(scene, chosen), declaration)
-        value, lo, hi = (np.asarray(each[y, x], np.float64) for each in (to.value, to.lo, to.hi))
+        to = right_here if each is first else each.admits(scene, declaration, pixels)
+        value, lo, hi = (np.asarray(part[y, x], np.float64) for part in (to.value, to.lo, to.hi))
         tolerance = float(to.tau[y, x].max())
         alpha = None
         if made:
@@ -160,12 +182,12 @@ def explain_pixel(
             if float(np.abs(span).max()) > tolerance:
                 alpha = float((found - np.array(made[0].value)) @ span / (span @ span))
         off = np.abs(found - np.clip(found, lo, hi))
-        drawn, options = configured(scene, chosen)
+        drawn, options = configured(scene, () if each is first else each.chosen)
         made.append(
             Prediction(
-                name=model.name,
-                kind="reference" if model is reference else model.kind,
-                claim=model.claim,
+                name=each.name,
+                kind="reference" if each is first else each.kind,
+                claim=each.claim,
                 value=_rgb(value),
                 lo=_rgb(lo),
                 hi=_rgb(hi),
@@ -173,9 +195,20 @@ def explain_pixel(
                 fits=bool((off <= to.tau[y, x]).all()),
                 alpha=alpha,
                 probe=probe(drawn, options, x + 0.5, y + 0.5),
+                told=each in told,
+                beside=tuple(model.name for model in each.beside),
             )
         )
-    return PixelExplanation(x, y, _rgb(found), tuple(made), others, idle, told)
+    bug = next((finding for finding in findings if finding.kind == "bug"), None)
+    said = () if bug is None else (bug.message or bug.name.replace("_", " "), bug.worst)
+    return PixelExplanation(x, y, _rgb(found), tuple(made), others, idle, *said)
+
+
+def _same_fault(model: Model, told: Recalled) -> bool:
+    """Whether ``model`` is what the verdict has ``told`` already, or that at a strength which nobody has fitted."""
+    if told.model is not None and (model.name, model.claim) == (told.model.name, told.model.claim):
+        return True
+    return told.kind == "fault" and model.name == told.name and (model.at is not None or model.placed is not None)
 
 
 def _sifted(
@@ -185,12 +218,8 @@ def _sifted(
     x: int,
     y: int,
     closest: int | None,
-    told: tuple[str, ...],
 ) -> tuple[list[Model], tuple[str, ...], tuple[str, ...]]:
-    """The ``closest`` models, nearest first, the names of those farther off, and of those that change nothing here.
-
-    Before the nearest come those that are ``told`` of the whole picture.
-    """
+    """The ``closest`` models, nearest first, the names of those farther off, and of those that change nothing here."""
     if closest is None:
         return all_models, (), ()
     rows = range(max(0, y - 1), min(scene.height, y + 2))
@@ -209,9 +238,8 @@ def _sifted(
         # where an edge crosses the pixel it holds some of what its neighbours show: the found value may lie between
         between = float(np.abs(found - np.clip(found, drawn.min(axis=0), drawn.max(axis=0))).max())
         distances[place] = (float(np.abs(found - drawn[own]).max()), between)
-    untold = {place: all_models[place].name not in told for place in distances}
-    by_centre = sorted(distances, key=lambda place: (untold[place], *distances[place]))
-    by_edge = sorted(distances, key=lambda place: (untold[place], *distances[place][::-1]))
+    by_centre = sorted(distances, key=lambda place: distances[place])
+    by_edge = sorted(distances, key=lambda place: distances[place][::-1])
     taken = list(dict.fromkeys(place for pair in zip(by_centre, by_edge, strict=True) for place in pair))[:closest]
     others = tuple(all_models[place].name for place in by_centre if place not in taken)
     return [all_models[place] for place in taken], others, tuple(idle)
@@ -221,6 +249,10 @@ def _headline(found: RGB, each: Prediction) -> str:
     verdict = "fits" if each.fits else f"off by {_off(found, each):.3g} (tolerance {each.tolerance:.2g})"
     kind = "" if each.kind == each.name else f" ({each.kind})"
     return f"{each.name}{kind}: {_show(each.value)}  {verdict}"
+
+
+def _besides(each: Prediction) -> str:
+    return f", beside {', '.join(each.beside)}" if each.beside else ""
 
 
 def _edge(each: Prediction) -> list[str]:

@@ -55,9 +55,9 @@ def command(
         declaration = declare([picture], filter_name, None, precision, srgb=srgb, noisy=None, said=said(declare_words))
     else:
         declaration = replace(known.declaration(), **said(declare_words))
-    told = () if known is None else tuple(each.name for each in known.result.verdict.findings)
+    verdict = None if known is None else known.result.verdict
     closest = None if every or as_json else CLOSEST
-    found = explain_pixel(picture.pixels, scene, declaration, x, y, closest=closest, told=told)
+    found = explain_pixel(picture.pixels, scene, declaration, x, y, closest=closest, verdict=verdict)
     if as_json:
         read = {"channels": list(picture.judged), "notes": list(picture.notes)}
         print(escaped(json.dumps(found.as_dict() | read, ensure_ascii=False, allow_nan=False)))

@@ -16,11 +16,14 @@ REASON = "say why"
 
 
 def why_command(result: Result, out: Path, peak: tuple[int, int] | None) -> str:
-    """Asks what each model predicts at ``peak``, else in the middle of the largest finding; "" without a picture."""
+    """Asks what each model predicts at the worst pixel, or what stands for it; "" without a picture.
+
+    Where a record does not say which pixel that is, it is ``peak``, else the middle of the largest finding.
+    """
     if not result.image:
         return ""
     words = ["notabug", "why", (out / result.image).as_posix()]
-    place = peak or _middle(result)
+    place = result.worst or peak or _middle(result)
     return shlex.join([*words, "--pixel", f"{place[0]},{place[1]}"] if place else words)
 
 

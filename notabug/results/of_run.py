@@ -64,7 +64,10 @@ class Origin:
         return adapter(self.result.renderer).declaration(quality)
 
     def worst_pixel(self) -> tuple[int, int] | None:
-        """Where the picture is most wrong by the judge's map, else in the middle of the largest finding."""
+        """Where the judge says that the picture is most wrong; in a record that does not say it, by the judge's map."""
+        told = self.result.worst
+        if told is not None:
+            return told
         name = self.result.images.get("bug_map") or self.result.images.get("limitation_map", "")
         if name:
             values = np.nan_to_num(read_picture(inside(self.out, name)).pixels[:, :, 0])

@@ -49,6 +49,15 @@ class Result:
     log: str = ""  # what the renderer printed, where it failed
 
     @property
+    def worst(self) -> tuple[int, int] | None:
+        """The worst pixel (x, y) of what decides the verdict; None where nothing deviates, or a record does not say."""
+        decisive = [each for each in self.verdict.findings if each.kind == self.verdict.word and len(each.worst) == 2]
+        if not decisive:
+            return None
+        x, y = max(decisive, key=lambda finding: finding.area_px).worst
+        return x, y
+
+    @property
     def surprising(self) -> bool:
         """The result is not the one that is expected, better or worse."""
         left = self.state in ("grew", "improved", "expired", "models changed")
@@ -142,7 +151,7 @@ _FINDING = Fields(
         "z": _NUMBER,
         "message": TEXT,
     },
-    {"visible": FLAG, "regions": Many(_BOX)},
+    {"visible": FLAG, "regions": Many(_BOX), "worst": Many(WHOLE), "strengths": Many(NUMBER)},
 )
 RESULT = Fields(
     {

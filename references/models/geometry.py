@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
 from notabug.references.models.model import Edit, Model, edit_meshes
-from notabug.scenes_usd.scene import Floats, Mesh, Scene
+from notabug.scenes_usd.authoring.shapes import lat_long
+from notabug.scenes_usd.scene import Floats, Ints, Mesh, Scene, Sphere
 
 _NORMALS = "Turkowski 1990, Transformations of Surface Normal Vectors; UsdGeomMesh: normals, orientation"
 _STAGE = "UsdGeomXformable, UsdShadeMaterialBindingAPI"
 
 
+AROUND, HIGH = 256, 128  # facets of a mesh that stands for a sphere, around its axis and from pole to pole
 _EXCHANGED = np.eye(3)[[0, 2, 1]]
 UP_AXES: tuple[tuple[Floats, str], ...] = (
     (_EXCHANGED * [1.0, 1.0, -1.0], " and z negated"),
@@ -27,6 +30,16 @@ def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with objects; those of vertex normals where a mesh has them and a light shows them."""
     if scene.lights and any(each.normals is not None for each in scene.meshes):
         yield from _of_normals(scene)
+    if scene.lights and any(isinstance(each, Sphere) or each.normals is not None for each in scene.objects):
+        for axis in range(3):
+            yield Model(
+                name="normals_negated",
+                kind="fault",
+                claim=f"the {'xyz'[axis]} of normals is negated, points are where they should be",
+                cites=_NORMALS,
+                edit=_negated(axis),
+                local=True,
+            )
     if len(scene.objects) > 1:
         for index, each in enumerate(scene.objects):
             yield Model(
@@ -86,6 +99,49 @@ def normals(change: Callable[[Mesh], Floats]) -> Edit:
         return mesh if mesh.normals is None else replace(mesh, normals=np.ascontiguousarray(change(mesh)))
 
     return lambda scene: edit_meshes(scene, one)
+
+
+def _negated(axis: int) -> Edit:
+    """An edit that negates one component, in world space, of every smooth normal: of meshes, and of exact spheres."""
+    sign = np.where(np.arange(3) == axis, -1.0, 1.0)
+    change = normals(lambda mesh: _of(mesh) * sign)
+
+    def edit(scene: Scene) -> Scene:
+        objects = tuple(smooth_mesh(each) if isinstance(each, Sphere) else each for each in scene.objects)
+        return change(replace(scene, objects=objects))
+
+    return edit
+
+
+def smooth_mesh(sphere: Sphere) -> Mesh:
+    """A mesh with the sphere's own normals, for shading that no exact sphere has.
+
+    It has so many facets that its outline is less than a hundredth of a pixel inside the sphere's where that is 100
+    pixels wide.
+    """
+    unit, corners = _unit_mesh()
+    linear, origin = sphere.to_world[:3, :3], sphere.to_world[3, :3]
+    if np.linalg.det(linear) < 0.0:  # mirrored: seen from outside the corners run clockwise
+        corners = corners[:, ::-1]
+    outwards = unit @ np.linalg.inv(linear).T
+    outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
+    at = np.ascontiguousarray(corners.reshape(-1))
+    return Mesh(
+        sphere.path,
+        points=unit * sphere.radius @ linear + origin,
+        counts=np.full(len(corners), 3, np.int32),
+        corners=at,
+        material=sphere.material,
+        normals=outwards[at],
+        to_world=sphere.to_world,
+    )
+
+
+@cache
+def _unit_mesh() -> tuple[Floats, Ints]:
+    """Points (p, 3) of the unit sphere, which are their own normals, and corners (t, 3) of its triangles."""
+    points, faces = lat_long(AROUND, HIGH)
+    return np.array(points, np.float64), np.array(faces, np.int32)
 
 
 def _of(mesh: Mesh) -> Floats:

@@ -64,6 +64,8 @@ class Model:
     drawn : switches by which the in-house renderer draws a fault, where they are not ``options``.
     at : the same fault at another strength, for faults that come in all strengths; ``strength`` is this model's, and
         0 (or 1, where ``neutral`` is 1: a factor) would be no fault.
+    strengths : of a model that ``jointly`` made, its strength along each axis; of one that ``at`` made the number that
+        it was made of, where ``strength`` is not that.
     jointly : the same fault along several axes at once, ``axes`` of them, by its strength (axes,) along each; models of
         single axes share it. Of a model that it made, ``axes`` are those along which it is off.
     local : a fault that may hit some parts of the scene and spare others, so that a picture of it takes this model's
@@ -99,6 +101,7 @@ class Model:
     at: Callable[[float], Model] | None = None
     strength: float = 0.0
     neutral: float = 0.0
+    strengths: tuple[float, ...] = ()
     jointly: Callable[[npt.NDArray[np.float64]], Model] | None = None
     axes: int = 0
     local: bool = False
@@ -113,6 +116,11 @@ class Model:
             return False
         open_to = () if self.strict else (UNSAID,)
         return all(declaration.says(field) in (value, *open_to) for field, value in self.conditions)
+
+    @property
+    def made_of(self) -> tuple[float, ...]:
+        """The numbers of which ``jointly`` or ``at`` makes this model again; none where it has no strength."""
+        return self.strengths or ((self.strength,) if self.strength != self.neutral else ())
 
     @property
     def conditions(self) -> tuple[tuple[str, str], ...]:

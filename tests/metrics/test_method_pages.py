@@ -26,7 +26,9 @@ ROOT = Path(__file__).resolve().parents[2]
 JUDGE = (ROOT / "docs" / "judge.md").read_text("utf-8")
 FILES = sorted(each.stem for each in (ROOT / "metrics").glob("*.py") if each.stem != "__init__")
 STEPS = dict(re.findall(r"^## Step (\d+): .*?\n(.*?)(?=^## )", JUDGE, re.M | re.S))
-BESIDE = frozenset({"calibration", "why", "channels", "image_filters", "formulas"})  # before, beside and for the steps
+BESIDE = frozenset(
+    {"calibration", "recalled", "why", "channels", "image_filters", "formulas"}
+)  # before, beside and for the steps
 
 
 @pytest.fixture(scope="module")

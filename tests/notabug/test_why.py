@@ -150,14 +150,18 @@ def test_of_many_that_fit_the_verdict_on_the_whole_picture_chooses(run_of_a_scen
     whole = explain_pixel(pixels, scene, known.declaration(), X, Y)
     fitting = list(dict.fromkeys(each.name for each in whole.ranked() if each.fits))
     assert len(fitting) > ENOUGH
+
+    def said(name: str) -> Verdict:
+        claim = next(each.claim for each in whole.ranked() if each.name == name)
+        return Verdict("bug", (Finding("bug", name, 1.0, (X, Y, X + 1, Y + 1), message=claim),))
+
     for name in (fitting[1], fitting[len(fitting) // 2], fitting[-1]):
-        few = explain_pixel(pixels, scene, known.declaration(), X, Y, closest=24, told=(name,))
+        few = explain_pixel(pixels, scene, known.declaration(), X, Y, closest=24, verdict=said(name))
         assert few.ranked()[0].name == name
         assert few.as_text(5).count("so says the verdict on the whole picture") >= 1
     misfit = next(each.name for each in whole.ranked() if not each.fits)
-    assert explain_pixel(pixels, scene, known.declaration(), X, Y, told=(misfit,)).ranked()[0].fits
-    found = Finding("bug", fitting[-1], 1.0, (X, Y, X + 1, Y + 1))
-    result = replace(known.result, verdict=Verdict("bug", (found,)))
+    assert explain_pixel(pixels, scene, known.declaration(), X, Y, verdict=said(misfit)).ranked()[0].fits
+    result = replace(known.result, verdict=said(fitting[-1]))
     write_json(known.out / "run.json", {"schema": 1, "results": [result.as_dict()]})
     write_exr(run_of_a_scene, pixels)
     assert desk.say("why", str(run_of_a_scene)) == 0

@@ -41,6 +41,7 @@ NORMALS = {
     "facet_self_shadow", "silhouette_flip", "silhouette_black", "flat_normals", "normals_not_normalised",
     "flat_interpolation",
     "normals_flipped", "normals_swapped", "normals_lost", "normals_of_first_corner", "normals_up_axis",
+    "normals_negated",
 }  # fmt: skip
 UV = {
     "affine_uv", "swapped_uv", "flipped_v", "shifted_uv",

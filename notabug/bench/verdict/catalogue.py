@@ -125,6 +125,7 @@ FAULTS = (
     Fault("normals_flipped", "geometry"),
     Fault("normals_swapped", "geometry"),
     Fault("normals_up_axis", "geometry"),
+    Fault("normals_negated", "geometry"),
     Fault("normals_lost", "geometry"),
     Fault("normals_of_first_corner", "geometry"),
     Fault("geometry_mirrored", "geometry"),
