@@ -64,9 +64,10 @@ def admissible(
     """What ``envelope`` admits for pictures of a renderer that declares its pixel filter and its output's precision.
 
     ``peak`` is the brightest value of the reference: a hypothesis with a brighter one is given no wider tolerance for
-    it everywhere else. ``leeway`` (h, w, 3) is by how much the edges of shadows may be lit;
-    None: not at all. ``unsure`` (h, w, 3) is by how much centres may be off. At the pixels ``fine`` (h, w) the envelope is as exact as its bound says, and the pictures' own
-    samples are random: what those miss is noise.
+    it everywhere else. ``leeway`` (h, w, 3) is by how much the edges of shadows may be lit; None: not at all.
+    ``unsure`` (h, w, 3) is by how much values at centres may be off; None: by rounding alone. At the pixels ``fine``
+    (h, w) the envelope is as exact as its bound says, and the pictures' own samples are random: what those miss is
+    noise.
     """
     point = declaration.filter == "point"
     value: Floats = envelope.point if point else envelope.mean

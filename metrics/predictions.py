@@ -59,8 +59,9 @@ class Predictions:
         self._scene, self._reference = scene, reference
         self._bare = Near(bare, "")
         peak = float(reference.value.max(initial=0.0))
-        known = {"declaration": declaration, "tolerance": tolerance, "peak": peak, "leeway": leeway, "unsure": unsure}
-        self._admits = partial(admissible, **known)  # type: ignore[arg-type]
+        self._admits = partial(
+            admissible, declaration=declaration, tolerance=tolerance, peak=peak, leeway=leeway, unsure=unsure
+        )
         self._pictures: _Recent[Floats] = _Recent(MOST_PICTURES)
         self._glimpses: _Recent[Floats] = _Recent(MOST_PICTURES // 4)
         self._still = preview(scene)
