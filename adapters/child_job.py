@@ -114,8 +114,9 @@ class Script:
     def _run(self, folder: Path, timeout: float) -> Ended:
         if self.stays:
             return self.child().do(folder, timeout=timeout)
+        environment = {"TMPDIR": str(folder), **self.environment}  # Blender leaves temporary files
         return run_child(
-            [*self._command(), "."], where=self.name, folder=folder, timeout=timeout, environment=self.environment
+            [*self._command(), "."], where=self.name, folder=folder, timeout=timeout, environment=environment
         )
 
     def _command(self) -> tuple[str, ...]:

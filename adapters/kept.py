@@ -196,7 +196,8 @@ class KeptChild:
         began = time.perf_counter()
         self._tree, self._folder = Tree(), temporary_folder()
         folder = self._folder.__enter__()
-        environment = {**os.environ, **self.environment, MARK: self._tree.mark}
+        # what it leaves among temporary files goes with it: Blender's are there still when it is killed
+        environment = {**os.environ, "TMPDIR": str(folder), **self.environment, MARK: self._tree.mark}
         self._process, self._told = start_child(
             self.command,
             folder,

@@ -85,3 +85,17 @@ def test_none_is_left_when_all_are_ended(child: KeptChild, tmp_path: Path) -> No
     end_kept()
     assert not psutil.pid_exists(process)
     assert kept_child(child.command, where="tiny") is not child
+
+
+def test_what_it_leaves_among_temporary_files_goes_with_it(tmp_path: Path) -> None:
+    script = tmp_path / "child.py"
+    script.write_text(
+        CHILD.replace("for line", "import tempfile\nkeeps = tempfile.mkdtemp()\nfor line").replace(
+            'at", job', 'at", keeps'
+        )
+    )
+    made = kept_child((sys.executable, str(script)), where="tiny")
+    said = made.do(tmp_path, timeout=30.0).log.split("at ")[1].split()[0]
+    assert Path(said).is_dir()
+    made.end()
+    assert not Path(said).exists()
