@@ -24,7 +24,7 @@ _CUTS: dict[Diagonal, str] = {
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with n-gons, or with textured meshes."""
-    textured = [each for each in _drawn(scene) if each.uv is not None and scene.materials[each.material].texture >= 0]
+    textured = [each for each in _drawn(scene) if each.uv is not None and scene.materials[each.material].textures]
     if textured and scene.intent is not None:
         diagonal = _diagonal_of(scene, scene.intent)
         yield Model(
@@ -85,7 +85,7 @@ def models(scene: Scene) -> Iterator[Model]:
 
 def _cuts(scene: Scene) -> Iterator[Model]:
     """The ways to cut faces of more than three corners, shape, normals and uv together, that make a difference."""
-    shown = [material.texture >= 0 for material in scene.materials]
+    shown = [bool(material.textures) for material in scene.materials]
     bends = any(_bends(mesh, mesh.normals) or (shown[mesh.material] and _bends(mesh, mesh.uv)) for mesh in scene.meshes)
     folds = any(_folds(mesh) for mesh in scene.meshes)
     for each, how in _CUTS.items():
@@ -134,14 +134,14 @@ def _splitter(diagonal: Diagonal) -> Edit:
 
 
 def _uv(change: Callable[[Floats, Floats], Floats]) -> Edit:
-    """An edit of the uv of every textured mesh; ``change(uv, (width, height) of the texture)`` returns new uv."""
+    """An edit of the uv of every textured mesh; ``change(uv, (width, height) of its first texture)`` returns new uv."""
 
     def edit(scene: Scene) -> Scene:
         def one(mesh: Mesh) -> Mesh:
-            texture = scene.materials[mesh.material].texture
-            if mesh.uv is None or texture < 0:
+            shown = scene.materials[mesh.material].textures
+            if mesh.uv is None or not shown:
                 return mesh
-            height, width = scene.textures[texture].pixels.shape[:2]
+            height, width = scene.textures[min(shown)].pixels.shape[:2]
             return replace(mesh, uv=np.ascontiguousarray(change(mesh.uv, np.array([width, height], np.float64))))
 
         return edit_meshes(scene, one)

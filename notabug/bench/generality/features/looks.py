@@ -62,7 +62,7 @@ def surface(rng: np.random.Generator, what: Features, name: str, kind: str, *, m
     if maps == "emission":
         dim = {"scale": "(0.4, 0.4, 0.4, 1)"}
         inputs.connect("color3f", "emissiveColor", f"{show('glow', picture(rng), 'sRGB', **dim)}.outputs:rgb")
-    if bumps != "none":
+    if bumps != "none" and what.wrap != "black":  # what is black there is no normal
         strong = {"plain": ("(2, 2, 2, 1)", "(-1, -1, -1, 0)"), "weak": ("(1, 1, 2, 1)", "(-0.5, -0.5, -1, 0)")}[bumps]
         node = show("normals", _normals(rng), "raw", scale=strong[0], bias=strong[1])
         inputs.connect("normal3f", "normal", f"{node}.outputs:rgb")
