@@ -254,8 +254,8 @@ def _jointly(
             strengths, here = further, there
     rounded = np.array([float(f"{strength:.3g}") for strength in strengths])
     rounded[np.abs(rounded) < JOINT_LEAST * fault.strength] = 0.0
-    strengths = tuple(float(strength) for strength in rounded)
-    return replace(fault.jointly(rounded), axes=int(np.count_nonzero(rounded)), strengths=strengths)
+    along = tuple(float(strength) for strength in rounded)
+    return replace(fault.jointly(rounded), axes=int(np.count_nonzero(rounded)), strengths=along)
 
 
 def _regression(columns: Floats, values: Floats) -> Floats:
