@@ -19,7 +19,7 @@ from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import choices, nearer, nears
 from notabug.metrics.rules import support
 from notabug.metrics.significance import significance
-from notabug.references.models.model import Model, excluded_by
+from notabug.references.models.model import Edit, Model, excluded_by
 
 Floats = npt.NDArray[np.floating]
 
@@ -41,6 +41,8 @@ ALL_BLACK = POLICY.fitted.all_black
 def fitted(bug: Bug, fault: Model) -> Iterator[Name]:
     """How well ``fault`` fits: alone, beside limitations, closer to the strength that fits, and here and there."""
     measured, found, predict = bug.measured, bug.found, bug.predict
+    if fault.darkened is not None and _is_there(bug, fault, fault.darkened):
+        return
     if fault.local and fault.rule == "set" and not _touches(measured, found.target, predict((fault,))):
         return
     bare = nearest = fit(measured, (), predict, (fault,))
@@ -128,6 +130,19 @@ def _leaves_black(bug: Bug, found: Explanation) -> bool:
     was, left = (largest(np.asarray(each.value, np.float64)) for each in (bug.predict(()), found.target))
     changed = np.abs(was - left) > BLACK * float(was.max(initial=0.0))
     return bool(changed.any()) and float((left[changed] <= BLACK * was[changed]).mean()) >= ALL_BLACK
+
+
+def _is_there(bug: Bug, fault: Model, darkened: Edit) -> bool:
+    """Whether the picture shows rightly a part of the scene that ``fault`` says is gone, where it would change it.
+
+    Edges may be right by chance. Of a part that has lost some faces more than a little is wrong.
+    """
+    reference, gone = bug.predict(()), bug.predict((fault,))
+    dark = bug.predict((replace(fault, name=f"{fault.name} darkened", edit=darkened),))
+    acts = support(reference, dark) & support(reference, gone) & ~reference.edge
+    target = bug.found.target
+    wrong = acts & (largest(np.abs(residual(bug.measured.mean, target)) - target.tau) > 0)
+    return bool(acts.any()) and float(wrong.sum()) < LEAST_TOUCHED * float(acts.sum())
 
 
 def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:

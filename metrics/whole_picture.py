@@ -25,6 +25,7 @@ from notabug.metrics.channels import pixels
 from notabug.metrics.explain import Explanation, explain
 from notabug.metrics.fitted import fitted
 from notabug.metrics.global_fit import global_fit
+from notabug.metrics.lattice import Lattice
 from notabug.metrics.names import Name
 from notabug.metrics.policy import POLICY
 from notabug.metrics.quick import Places
@@ -37,6 +38,7 @@ Floats = npt.NDArray[np.floating]
 SHARPENED = POLICY.whole_picture.sharpened
 ROUGHLY = POLICY.whole_picture.roughly
 HOPE = POLICY.bug_leg.hope
+FEW_TOLD = POLICY.bug_leg.few_told
 NOTHING = POLICY.names.nothing
 CLIP = POLICY.likely.clip
 SAME_SHIFT = POLICY.causes.same_shift
@@ -118,10 +120,13 @@ def _left_by(bug: Bug, vector: tuple[float, float]) -> float:
     """The share of the picture's misfit that a shift leaves, by what tells it best.
 
     Quick pictures tell it of what is smooth, and of edges where one sample a pixel is taken; of blurred edges the moved
-    reference does.
+    reference does. A shift of what is flat is wrong in lines of one pixel, which may lie between those of the lattice:
+    where it sees next to none of them, every pixel is looked at.
     """
-    reference, look = bug.predict(()), bug.look
+    reference = bug.predict(())
     height, width = reference.edge.shape
+    seen = np.count_nonzero(bug.look.of(bug.found.significance.pixels))
+    look = bug.look if seen >= FEW_TOLD else Lattice(height, width, step=1)
     model = pixel_shift(width, height, *vector)
     start, picture, scale = (look.of(each) for each in (reference.value, bug.measured.mean, bug.scale))
     quick = start + (look.preview(bug.preview, (model,)) - look.preview(bug.preview, ()))

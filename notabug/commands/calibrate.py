@@ -68,6 +68,8 @@ def command(renderers: Sequence[str], samples: int, timeout: float, fresh: bool,
     else:
         for each in results:
             _show(each)
+    if any(each.fine and each.verdict == "bug" for each in results):
+        return ExitCode.BUG
     failed = any(not each.fine for each in results) or (bool(renderers) and bool(missing))
     return ExitCode.RENDERER if failed else ExitCode.OK
 

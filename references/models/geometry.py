@@ -49,6 +49,7 @@ def models(scene: Scene) -> Iterator[Model]:
                 cites=_STAGE,
                 edit=_without(index),
                 local=True,
+                darkened=_unlit(each.path),
             )
     used = sorted({shape.material for shape in scene.objects})
     for first, second in ((a, b) for a in used for b in used if a < b):
@@ -188,6 +189,13 @@ def _lost(mesh: Mesh) -> Floats:
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
     flat *= np.where((flat * _of(mesh)[first]).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
     return np.where(hit[face][:, None], flat[face], _of(mesh))
+
+
+def _unlit(path: str) -> Edit:
+    """An edit after which no light falls on the object of that path, which casts its shadows all the same."""
+    return lambda scene: replace(
+        scene, lights=tuple(replace(light, unlit=(*light.unlit, path)) for light in scene.lights)
+    )
 
 
 def _without(index: int) -> Edit:

@@ -72,6 +72,8 @@ class Model:
         value at some pixels and the reference's at the others.
     read : a fault in what the renderer reads, whose limitations then act on the wrong number: an exponent's, by which
         highlights are normalised.
+    darkened : an edit that takes the light from the part of the scene that this fault says is gone, and nothing else:
+        it changes the pixels in which that is seen. None: it says so of no part.
     placed : the fault of those parts of the scene, single faces, that lie where a picture is wrong (h, w), or None
         where it can be none. Such a model edits the likeliest part itself.
     when : (field, value) of an adapter's declaration without which the model is not considered; None: always. Of
@@ -105,6 +107,7 @@ class Model:
     jointly: Callable[[npt.NDArray[np.float64]], Model] | None = None
     axes: int = 0
     local: bool = False
+    darkened: Edit | None = None
     read: bool = False
     placed: Callable[[npt.NDArray[np.bool_]], Model | None] | None = None
 

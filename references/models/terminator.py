@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from notabug.references.models.model import Model, edit_meshes
+from notabug.references.models.model import Edit, Model, edit_meshes
 from notabug.scenes_usd.scene import Scene
 
 _PAPER = "Woo, Pearce and Ouellette 1996, table 1 and figure 3"
@@ -33,6 +33,15 @@ def models(scene: Scene) -> Iterator[Model]:
         options={"shadows": "none"},
         local=True,
     )
+    if len(scene.objects) > 2:  # of two only one can cast a shadow on the other: no surface then casts one, `no_shadow`
+        for shape in scene.objects:
+            yield Model(
+                name="shadow_of_one_missing",
+                kind="fault",
+                claim=f"{shape.path} casts no shadow, other objects do",
+                cites="Whitted 1980, section 2",
+                edit=_casting_no_shadow(shape.path),
+            )
     if all(each.normals is None for each in scene.meshes):
         return
     yield Model(
@@ -81,6 +90,17 @@ def models(scene: Scene) -> Iterator[Model]:
         cites="Phong 1975",
         options={"normals": "raw"},
     )
+
+
+def _casting_no_shadow(path: str) -> Edit:
+    """An edit after which the object of that path blocks the light of none."""
+
+    def edit(scene: Scene) -> Scene:
+        return replace(
+            scene, lights=tuple(replace(light, unshadowing=(*light.unshadowing, path)) for light in scene.lights)
+        )
+
+    return edit
 
 
 def _secondary(scene: Scene) -> Iterator[Model]:

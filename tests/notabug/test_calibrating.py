@@ -15,7 +15,7 @@ import pytest
 from notabug.adapters.base import Adapter, Found, Quality, Render
 from notabug.adapters.inhouse import InHouse
 from notabug.adapters.zbuffer import ZBuffer
-from notabug.commands.calibrate import calibrate, command
+from notabug.commands.calibrate import Calibrated, calibrate, command
 from notabug.metrics.calibration import Reading
 from notabug.metrics.verdict import Finding, Verdict
 from notabug.references.models.camera import pixel_shift
@@ -120,6 +120,20 @@ def test_the_numbers_of_a_refused_card_are_those_of_its_sentence(right: float, d
     assert asked.reading["shift"] == pytest.approx([right, down], abs=0.06)
 
 
+@pytest.mark.parametrize("light", ["distant_light", "point_light"])
+@pytest.mark.parametrize(("right", "down"), [(0.5, 0.5), (-0.5, 0.0), (0.5, -0.5)])
+@pytest.mark.sweep_except("0.5-0.5-distant_light", "0.5-0.5-point_light")
+def test_a_shift_of_the_card_without_a_texture_is_seen(right: float, down: float, light: str) -> None:
+    """Its squares are flat, so that what is wrong lies in lines of one pixel, between those of the lattice."""
+    other = {"distant_light", "point_light"} - {light}
+    few = InHouse().capabilities - {"texture", "uv"} - other
+    asked = calibrate(HalfOff(right=right, down=down, capabilities=few), Found("1", "here"), Quality(samples=1))
+    assert asked.card.startswith("calibration/plain_card")
+    assert light.removesuffix("_light") in asked.card
+    assert not asked.fine
+    assert f"({right:+.2f}, {down:+.2f})" in asked.sentence
+
+
 @pytest.mark.parametrize(
     ("name", "kind", "causes", "shift", "gain"),
     [
@@ -183,6 +197,19 @@ def test_the_command_prints_and_its_code_tells(capsys: pytest.CaptureFixture[str
     assert command(["zbuffer"], 0, 60.0, fresh=False, as_json=True) == 0
     (said,) = json.loads(capsys.readouterr().out)["calibration"]
     assert (said["renderer"], said["fine"], said["cached"]) == ("zbuffer", True, True)
+
+
+@pytest.mark.parametrize(
+    ("fine", "verdict", "code"),
+    [(True, "pass", 0), (True, "limitation", 0), (True, "bug", 1), (False, "bug", 3), (False, "error", 3)],
+)
+def test_a_bug_on_the_card_ends_in_the_code_of_a_bug(
+    monkeypatch: pytest.MonkeyPatch, fine: bool, verdict: str, code: int
+) -> None:
+    """Whether or not anything stands between the renderer and its card."""
+    made = Calibrated("zbuffer", "1", fine, "" if code == 0 else "why", "the card", verdict)
+    monkeypatch.setattr("notabug.commands.calibrate.calibrate", lambda *_, **__: made)
+    assert command(["zbuffer"], 0, 60.0, fresh=False, as_json=True) == code
 
 
 def test_a_renderer_that_cannot_draw_the_card_draws_the_plain_one(monkeypatch: Any) -> None:
