@@ -103,3 +103,15 @@ def test_a_class_that_does_not_exist_is_answered_by_the_classes(word: str) -> No
     assert "/" not in str(caught.value).replace(".usda/.usdc/.usd/.usdz", "").replace("or a ", "")
     assert "acne" in caught.value.expected
     assert len(str(caught.value)) < 300
+
+
+@pytest.mark.parametrize("early", ["choose", "find_renderers"])
+def test_an_interrupt_before_anything_is_finished_says_how_to_go_on(
+    early: str, door: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(f"notabug.commands.run.{early}", interrupted)
+    assert door.run("terminator/sphere") == 130
+    assert "stopped before a result was finished; the same command begins again" in " ".join(door.stderr.split())
