@@ -133,6 +133,21 @@ def test_the_summary_counts_and_says_what_changed(page: Any) -> None:
 
 
 @pytest.mark.sweep_except("single-1280")
+def test_a_search_narrows_the_list_of_links_and_moves_nothing(page: Any) -> None:
+    links, bar = page.locator(".changes a"), page.locator(".filter")
+    everything, before = links.count(), bar.bounding_box()
+    page.locator("#search").fill("acne/large")
+    found = page.locator(".changes a:visible").all_text_contents()
+    assert found
+    assert len(found) < everything
+    assert all("acne/large" in name for name in found)
+    assert "shown" in page.locator("#shown").text_content()
+    assert bar.bounding_box()["height"] == before["height"]
+    page.locator("#search").fill("")
+    assert page.locator(".changes a:visible").count() == everything
+
+
+@pytest.mark.sweep_except("single-1280")
 def test_one_mistake_is_told_once(page: Any) -> None:
     told = page.locator("#errors .same > p").first.text_content()
     assert re.search(r"mine\s*: 3 results alike: adapter 'mine': mine failed", told)
