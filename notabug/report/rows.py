@@ -270,7 +270,7 @@ def summarise(rows: Sequence[Row], versions: Mapping[str, str], baseline: Mappin
                 renderer,
                 versions.get(renderer, ""),
                 {word: sum(row.result.verdict.word == word for row in own) for word in WORST_FIRST},
-                {name: sum(row in own for row in by_state[name]) for name in CHANGES},
+                {name: sum(row.result.renderer == renderer for row in by_state[name]) for name in CHANGES},
                 {name: sum(row.against == name for row in own) for name in CHANGES},
             )
         )
@@ -279,7 +279,7 @@ def summarise(rows: Sequence[Row], versions: Mapping[str, str], baseline: Mappin
     here = {key(row.result) for row in rows}
     by_word: Counter[str] = Counter(row.result.verdict.word for row in rows)
     words = ", ".join(f"{by_word[word]} {word}" for word in WORST_FIRST if by_word[word]) or "no results"
-    told = failing == by_word["bug"] + by_word["error"]  # each of them fails, and nothing else does
+    told = all(row.result.fails == (row.result.verdict.word in ("bug", "error")) for row in rows)
     fails = f"{failing} of {len(rows)} results fail{'s' if failing == 1 else ''}; in all "
     return Summary(
         headline=f"{'' if told else fails}{words}" if failing else f"nothing fails: {words}",

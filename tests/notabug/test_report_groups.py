@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,10 @@ def test_what_only_names_the_cards_once_more_is_left_out_of_the_head() -> None:
     head = summarise([*bugs, *passes], {}, None)
     assert head.headline == "6 bug, 1 pass"
     assert not any(head.expected.values())
+    known, grown = row("e/1", "bug"), row("e/2", "limitation")
+    swapped = [replace(known, result=replace(known.result, fails=False))]
+    swapped += [replace(grown, result=replace(grown.result, fails=True))]
+    assert summarise(swapped, {}, None).headline == "1 of 2 results fails; in all 1 bug, 1 limitation"
     limited = row("c/1", "limitation", state="new")
     head = summarise([*bugs, limited], {}, None)
     assert len(head.expected["new"]) == 7, "of what has no card the list tells"
