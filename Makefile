@@ -45,7 +45,7 @@ run: setup
 	$(BIN)/notabug run $(ARGS)
 
 browser: .venv/installed
-	@test -e .venv/browser || { .ci/browser && touch .venv/browser; } || true
+	@.ci/browser || true
 
 test: setup browser
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal --durations=10 $(ARGS)

@@ -21,7 +21,7 @@ from notabug.scenes_usd.card import OWN_CARD
 from notabug.scenes_usd.diagnostics import silenced
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.framing import LIT, direction
-from notabug.scenes_usd.layer_values import shown_value, typed
+from notabug.scenes_usd.layer_values import says_already, shown_value, typed
 from notabug.scenes_usd.lens import write_lens
 from notabug.scenes_usd.opinion import BLOCKED, LEFT_OUT, Opinion
 from notabug.scenes_usd.reader import scene_id
@@ -292,7 +292,7 @@ class _Layer:
 
     def _apply(self, opinion: Opinion) -> None:
         prim = self._prim(opinion.path)
-        if prim is None or self._has_said(prim, opinion):
+        if prim is None or says_already(self._layer, opinion):
             return
         where, because = f"{opinion.path}.{opinion.name}", f" ({opinion.because})" if opinion.because else ""
         if opinion.type == "preview" and isinstance(opinion.value, tuple):
@@ -317,15 +317,6 @@ class _Layer:
                 prim.SetCustomDataByKey(LEFT_OUT, opinion.because.removeprefix(LEFT_OUT_BECAUSE))
             old = "" if was is None else f", was {shown_value(was)}"
             self._say(where, f"{shown_value(opinion.value)}{old}{because}")
-
-    def _has_said(self, prim: Usd.Prim, opinion: Opinion) -> bool:
-        """Whether the layer says so already: several faults of one prim may be mended by the same opinion."""
-        spec = self._layer.GetAttributeAtPath(prim.GetPath().AppendProperty(opinion.name))
-        if spec is None or opinion.type in ("preview", "rel"):
-            return False
-        if opinion.type == BLOCKED:
-            return isinstance(spec.default, Sdf.ValueBlock)
-        return spec.HasDefaultValue() and bool(np.all(spec.default == typed(opinion.type, opinion.value)))
 
     def _prim(self, path: str) -> Usd.Prim | None:
         """The prim at ``path``, whose instance becomes one of its own where it is shared."""

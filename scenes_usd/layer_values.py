@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pxr import Gf, Sdf, Vt
 
-from notabug.scenes_usd.opinion import Value
+from notabug.scenes_usd.opinion import BLOCKED, Opinion, Value
 
 
 def typed(kind: str, value: Value) -> object:
@@ -37,3 +38,13 @@ def shown_value(value: object) -> str:
     if isinstance(value, int | float):
         return f"{value:g}"
     return f"({', '.join(part if isinstance(part, str) else f'{part:g}' for part in value)})"
+
+
+def says_already(layer: Sdf.Layer, opinion: Opinion) -> bool:
+    """Whether ``layer`` says ``opinion`` already: several faults of one prim may be mended by the same one."""
+    spec = layer.GetAttributeAtPath(Sdf.Path(opinion.path).AppendProperty(opinion.name))
+    if spec is None or opinion.type in ("preview", "rel"):
+        return False
+    if opinion.type == BLOCKED:
+        return isinstance(spec.default, Sdf.ValueBlock)
+    return spec.HasDefaultValue() and bool(np.all(spec.default == typed(opinion.type, opinion.value)))

@@ -22,8 +22,14 @@ def instead_of(word: str, known: Iterable[str], *, more: str = "", see: str = ""
     ('one of belt, hat, or the path of a file', '')
     """
     names = list(dict.fromkeys(known))
-    by_lower = {name.lower(): name for name in reversed(names)}
-    near = get_close_matches(word.lower(), by_lower, n=1, cutoff=LIKE)
-    meant = f"did you mean {by_lower[near[0]]!r}?" if near else ""
-    listed = [*names, *([f"or {more}"] if more else [])] if not near or len(names) <= FEW else []
+    likeliest = near(word, names)
+    meant = f"did you mean {likeliest!r}?" if likeliest else ""
+    listed = [*names, *([f"or {more}"] if more else [])] if not likeliest or len(names) <= FEW else []
     return f"one of {', '.join(listed)}" if listed else "", " ".join(part for part in (meant, see) if part)
+
+
+def near(word: str, known: Iterable[str]) -> str:
+    """The name that ``word`` is a slip of; "" where it is none."""
+    by_lower = {name.lower(): name for name in reversed(list(dict.fromkeys(known)))}
+    found = get_close_matches(word.lower(), by_lower, n=1, cutoff=LIKE)
+    return by_lower[found[0]] if found else ""

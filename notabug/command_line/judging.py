@@ -32,8 +32,10 @@ from notabug.command_line.options import (
     choosing,
 )
 
+PANEL = "Judge a renderer"
 
-@app.command(epilog=epilog("run"))
+
+@app.command(epilog=epilog("run"), rich_help_panel=PANEL)
 @choosing
 def run(
     scenes: Scenes = None,
@@ -110,7 +112,7 @@ def run(
     raise typer.Exit(command(asked))
 
 
-@app.command(epilog=epilog("judge"))
+@app.command(epilog=epilog("judge"), rich_help_panel=PANEL)
 @choosing
 def judge(
     images: Annotated[list[Path], typer.Argument(metavar="IMAGE...", help="Pictures; several are independent seeds.")],
@@ -159,7 +161,7 @@ def judge(
     raise typer.Exit(code)
 
 
-@app.command(epilog=epilog("why"))
+@app.command(epilog=epilog("why"), rich_help_panel=PANEL)
 @choosing
 def why(
     image: Annotated[Path, typer.Argument(metavar="IMAGE", help="The picture.")],
@@ -202,7 +204,7 @@ def why(
     raise typer.Exit(code)
 
 
-@app.command(epilog=epilog("calibrate"))
+@app.command(epilog=epilog("calibrate"), rich_help_panel=PANEL)
 def calibrate(
     renderer: Renderers = None,
     samples: Samples = 0,
@@ -216,7 +218,7 @@ def calibrate(
     raise typer.Exit(command(renderer or [], samples, timeout, fresh, as_json))
 
 
-@app.command(epilog=epilog("reduce"))
+@app.command(epilog=epilog("reduce"), rich_help_panel=PANEL)
 @choosing
 def reduce(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="An id or a USD file on which the renderer has a bug.")],

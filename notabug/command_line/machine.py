@@ -16,8 +16,10 @@ from notabug.command_line.options import (
     Renderers,
 )
 
+PANEL = "This machine"
 
-@app.command(epilog=epilog("doctor"))
+
+@app.command(epilog=epilog("doctor"), rich_help_panel=PANEL)
 def doctor(as_json: Json = False) -> None:
     """Say what is installed, what is missing, and how to get it."""
     from notabug.commands.doctor import command
@@ -25,7 +27,7 @@ def doctor(as_json: Json = False) -> None:
     raise typer.Exit(command(as_json))
 
 
-@app.command(epilog=epilog("install"))
+@app.command(epilog=epilog("install"), rich_help_panel=PANEL)
 def install(
     name: Annotated[str, typer.Argument(help="The renderer; without one, what can be installed is listed.")] = "",
     python: Annotated[str, typer.Option(help="The interpreter for it; default: one of the version it needs.")] = "",
@@ -38,7 +40,7 @@ def install(
     raise typer.Exit(command(name, python, remove=remove, as_json=as_json))
 
 
-@app.command(epilog=epilog("bench"))
+@app.command(epilog=epilog("bench"), short_help="Measure notabug itself, and renderers.", rich_help_panel=PANEL)
 def bench(
     what: Annotated[Bench, typer.Argument(help="What to measure.")] = Bench.speed,
     quick: Annotated[bool, typer.Option("--quick", help="A small sample (not of speed).")] = False,

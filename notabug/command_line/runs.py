@@ -21,8 +21,10 @@ from notabug.command_line.options import (
     choosing,
 )
 
+PANEL = "Go on from a run"
 
-@app.command(epilog=epilog("report"))
+
+@app.command(epilog=epilog("report"), rich_help_panel=PANEL)
 def report(
     folder: Annotated[Path, typer.Argument(help="The folder of a run.")] = Path("notabug-out"),
     white: Annotated[float, typer.Option(min=1e-6, help="The radiance that is shown as white.")] = 1.0,
@@ -45,7 +47,7 @@ def report(
         raise typer.Exit(command(folder, to.value))
 
 
-@app.command(epilog=epilog("diff"))
+@app.command(epilog=epilog("diff"), rich_help_panel=PANEL)
 def diff(
     before: Annotated[Path, typer.Argument(metavar="RUN_A", help="The folder of a run.")],
     after: Annotated[Path, typer.Argument(metavar="RUN_B", help="The folder of a later one.")],
@@ -57,7 +59,7 @@ def diff(
     raise typer.Exit(command(before, after, as_json))
 
 
-@app.command(epilog=epilog("accept"))
+@app.command(epilog=epilog("accept"), rich_help_panel=PANEL)
 @choosing
 def accept(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene of the last run.")],
@@ -91,7 +93,7 @@ def accept(
     )
 
 
-@app.command(epilog=epilog("merge"))
+@app.command(epilog=epilog("merge"), rich_help_panel=PANEL)
 def merge(
     folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of runs, such as shards.")],
     out: Annotated[Path, typer.Option(help="The folder to make.")],
@@ -106,7 +108,7 @@ def merge(
     raise typer.Exit(command(folders, out, partial, as_json))
 
 
-@app.command(epilog=epilog("gallery"))
+@app.command(epilog=epilog("gallery"), rich_help_panel=PANEL)
 def gallery(
     runs: Annotated[
         list[Path] | None, typer.Argument(metavar="[RUN]...", help="Folders of runs, oldest first; default: none.")

@@ -22,8 +22,10 @@ from notabug.command_line.options import (
     choosing,
 )
 
+PANEL = "Scenes"
 
-@app.command(epilog=epilog("check"))
+
+@app.command(epilog=epilog("check"), rich_help_panel=PANEL)
 @choosing
 def check(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A USD file, or an id.")],
@@ -36,7 +38,7 @@ def check(
     raise typer.Exit(command(source=scene, variants=chosen.variants, view=chosen.view, as_json=as_json))
 
 
-@app.command(epilog=epilog("adapt"))
+@app.command(epilog=epilog("adapt"), rich_help_panel=PANEL)
 @choosing
 def adapt(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A USD file.")],
@@ -53,7 +55,7 @@ def adapt(
     )
 
 
-@app.command(epilog=epilog("export"))
+@app.command(epilog=epilog("export"), rich_help_panel=PANEL)
 @choosing
 def export(
     to: Annotated[Format, typer.Option("--to", help="The format.")],
@@ -76,7 +78,7 @@ def export(
     )
 
 
-@app.command("list", epilog=epilog("list"))
+@app.command("list", epilog=epilog("list"), rich_help_panel=PANEL)
 def list_(
     topic: Annotated[Topic, typer.Argument(help="What to list.")] = Topic.scenes,
     as_json: Json = False,
@@ -87,7 +89,7 @@ def list_(
     raise typer.Exit(command(topic.value, as_json))
 
 
-@app.command(epilog=epilog("references"))
+@app.command(epilog=epilog("references"), rich_help_panel=PANEL)
 def references(
     deed: Annotated[Deed, typer.Argument(help="Write the references, or check that they are there and right.")],
     scenes: Scenes = None,

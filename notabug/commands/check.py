@@ -148,7 +148,8 @@ def steps_after(errors: Sequence[SceneError]) -> list[str]:
 def lines(source: str, told: Sequence[Remark]) -> list[tuple[str, str]]:
     """The kind and the line of each remark of ``source``; those of direct light only share the line of the first."""
     direct = [remark for remark in told if remark.what.startswith(DIRECT_ONLY)]
-    found, of_scene = list[tuple[str, str]](), Asked(source, {}, AS_IT_IS)
+    found: list[tuple[str, str]] = []
+    of_scene = Asked(source, {}, AS_IT_IS)
     for remark in told:
         if len(direct) < 2 or remark not in direct:
             found.append((remark.kind, of_scene.named(says(remark))))

@@ -15,20 +15,20 @@ from rich.text import Text
 from notabug.adapters.base import Quality
 from notabug.adapters.command import Command
 from notabug.adapters.registry import adapter, adapters
+from notabug.commands.summary import one_picture, one_place, summary
 from notabug.ending import Stopped, exit_state
 from notabug.exit_codes import ExitCode
 from notabug.printable import escaped
 from notabug.references.workarounds.workaround import Workaround
 from notabug.report.drawing import Pictures
 from notabug.report.page import draw
-from notabug.results import conformance
 from notabug.results.gate import FailOn, Gate, code_of
 from notabug.results.record import load
-from notabug.results.wording import counted, duration, tally
+from notabug.results.wording import counted, duration
 from notabug.runs import workarounds
 from notabug.runs.folders import write_json
 from notabug.runs.plan import Plan, find_renderers, left_out
-from notabug.runs.progress import Board, Detail, console, listing, messages, states
+from notabug.runs.progress import Board, Detail, Key, console
 from notabug.runs.run import Run, run
 from notabug.runs.selection import OWN_FOLDER, Choice, NothingSelectedError, choose, parse_variants, part, quick
 from notabug.runs.workers import Alone, ClusterLostError, workers_for
@@ -74,9 +74,13 @@ def command(asked: Asked) -> ExitCode:
         load(asked.baseline)  # before anything is drawn for a folder that holds no run
     gate = Gate.load(asked.expect, asked.fail_on)
     selected = workarounds.chosen(asked.scenes) if asked.remedies else []
-    plan = _plan(asked, _choices(asked, selected, quiet), gate, quiet)
+    try:
+        plan = _plan(asked, _choices(asked, selected, quiet), gate, quiet)
+    except (KeyboardInterrupt, Stopped) as error:
+        quiet.print("stopped before a result was finished; the same command begins again", markup=False, soft_wrap=True)
+        raise SystemExit(exit_state(error)) from None
     pictures = Pictures(plan.out)
-    state = _done(plan, pictures, asked.detail, quiet)
+    state, shown = _done(plan, pictures, asked.detail, quiet)
     rows = workarounds.rows(selected, state.results)
     document: dict[str, object] = {**state.document()}
     if asked.remedies:
@@ -88,7 +92,7 @@ def command(asked: Asked) -> ExitCode:
     elif asked.remedies:
         console().print(workarounds.table(rows))
     else:
-        _summary(console(), state, page, asked.detail)
+        summary(console(), state, page, asked.detail, shown if one_place() else frozenset())
     return workarounds.code_of(rows, state.results) if asked.remedies else code_of(state.results)
 
 
@@ -140,11 +144,14 @@ def _plan(asked: Asked, choices: Sequence[Choice], gate: Gate, quiet: Console) -
     )
 
 
-def _done(plan: Plan, pictures: Pictures, detail: Detail, quiet: Console) -> Run:
-    """The run of ``plan``; where it is stopped the page is drawn of what is finished, and the program ends."""
+def _done(plan: Plan, pictures: Pictures, detail: Detail, quiet: Console) -> tuple[Run, frozenset[Key]]:
+    """The run of ``plan``, and the results of which all was told meanwhile.
+
+    Where it is stopped the page is drawn of what is finished, and the program ends.
+    """
     try:
-        with Board(quiet, pictures.begin, detail, _beginning(plan)) as board:
-            return run(plan, board)
+        with Board(quiet, pictures.begin, detail, _beginning(plan), one_picture(plan.choices)) as board:
+            return run(plan, board), board.shown
     except (KeyboardInterrupt, Stopped, ClusterLostError) as error:
         with contextlib.suppress(NotabugError, OSError):  # the record is what counts, and it is there
             draw(plan.out, pictures=pictures)
@@ -198,32 +205,7 @@ def _beginning(plan: Plan) -> str:
         f"; the first run takes {duration(jobs * FIRST)} on two idle cores{drawing}; later ones keep what is finished"
     )
     takes = known if first and jobs * FIRST >= LONG else ""
-    what = f"{counted(len(plan.choices), 'scene')}, {counted(jobs, 'job')}"
+    scenes = len({choice.source for choice in plan.choices})
+    views = f" in {len(plan.choices)} variants" if len(plan.choices) > scenes else ""
+    what = f"{counted(scenes, 'scene')}{views}, {counted(jobs, 'picture')}"
     return f"rendering and judging {what} with {names}; results go to {plan.out}{takes}"
-
-
-def _summary(out: Console, state: Run, page: Path, detail: Detail) -> None:
-    for drawn in listing(state.results, out, detail):
-        out.print(drawn, soft_wrap=isinstance(drawn, Text))
-    told = [result for result in state.results if result.fails] if detail == "quiet" else state.results
-    features = conformance.rows(result.as_dict() for result in state.results)
-    if features and detail != "quiet":
-        out.print(conformance.table(features))
-    for line in messages(told, state.plan.out):
-        out.print(line, soft_wrap=True)
-    for line in [] if detail == "quiet" else states(state.results, state.plan.gate.document(state.results)):
-        out.print(line, soft_wrap=True)
-    out.print(Text(tally(result.verdict.word for result in state.results), style="bold"))
-    if detail == "quiet":
-        return
-    surprises = sum(result.surprising for result in state.results)
-    if surprises:
-        out.print(f"{surprises} other than expected")
-    seconds = state.document()["seconds"]
-    share = seconds["outside"] / seconds["total"] if seconds["total"] else 0.0
-    at_once = state.plan.workers.at_once
-    together = f", {at_once} jobs at once" if at_once > 1 else ""
-    out.print(
-        f"{seconds['total']:.1f} s{together}: {1.0 - share:.0%} in renderers, {share:.0%} in judging and all else"
-    )
-    out.print(f"{state.plan.out / 'run.json'}\n{page}", markup=False, soft_wrap=True)

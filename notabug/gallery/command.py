@@ -8,6 +8,7 @@ from pathlib import Path
 
 from notabug.exit_codes import ExitCode
 from notabug.gallery.site import build
+from notabug.gallery.steps import told_on
 from notabug.runs.progress import console
 
 
@@ -25,7 +26,15 @@ def command(
 ) -> ExitCode:
     """Write the gallery and print its first page."""
     page = build(
-        runs, out, every_variant=every_variant, with_models=with_models, step=step, bench=bench, white=white, only=only
+        runs,
+        out,
+        every_variant=every_variant,
+        with_models=with_models,
+        step=step,
+        bench=bench,
+        white=white,
+        only=only,
+        steps=told_on(console(stderr=True)),
     )
     size = sum(each.stat().st_size for each in out.rglob("*") if each.is_file())
     if as_json:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from notabug.gallery.steps import Steps, silent
 from notabug.gallery.store import Store
 from notabug.metrics.noise import measure
 from notabug.references import store as references
@@ -106,6 +107,7 @@ def collect(
     with_models: bool,
     white: float,
     only: Sequence[str] = (),
+    steps: Steps = silent,
 ) -> list[Exhibit]:
     """Every exhibit of the corpus (default variants, or all that are stored) and of ``runs``, with its pictures."""
     found: dict[tuple[str, str], Exhibit] = {}
@@ -116,7 +118,7 @@ def collect(
             found.setdefault((result.scene, result.variant), _exhibit(result.scene, result.variant, result.claim))
     if only:
         found = {key: each for key, each in found.items() if any(fnmatchcase(each.scene, glob) for glob in only)}
-    for exhibit in found.values():
+    for exhibit in steps(list(found.values()), "pictures"):
         _fill(exhibit, runs, store, with_models=with_models, white=white)
     return [each for each in found.values() if each.pictures or each.drawn]
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from notabug.gallery.entries import Exhibit, Run, collect, document, own_models, read_run, scene_of
 from notabug.gallery.remedies import remedies
+from notabug.gallery.steps import Steps, silent
 from notabug.gallery.store import Store
 from notabug.gallery.taxonomy import Kind, taxonomy
 from notabug.gallery.templating import environment
@@ -62,18 +63,21 @@ def build(
     bench: Path | None = None,
     white: float = 1.0,
     only: Sequence[str] = (),
+    steps: Steps = silent,
 ) -> Path:
     """Write the gallery of the corpus and the runs in ``folders`` to ``out``; returns its first page.
 
     ``only`` are globs of the scenes that it shows, none: all; ``step`` is the grid of the terms in pixels, 0 for none;
-    ``bench`` a folder of SVG plots.
+    ``bench`` a folder of SVG plots; ``steps`` tells how far it is.
     """
     runs = [read_run(each) for each in folders]
     plots = _plots(bench)
     store = Store(out)
     try:
-        exhibits = collect(runs, store, every_variant=every_variant, with_models=with_models, white=white, only=only)
-        for each in exhibits:
+        exhibits = collect(
+            runs, store, every_variant=every_variant, with_models=with_models, white=white, only=only, steps=steps
+        )
+        for each in steps(exhibits, "terms of pixels"):
             if with_models and step and each.artifact_class != "own":
                 with contextlib.suppress(NotabugError):  # a variant that the corpus does not have
                     each.terms = store.record(terms(scene_of(each), step))

@@ -35,12 +35,14 @@
       row.hidden = !fits;
       shown += fits;
     }
-    for (const holder of all(".same, .group")) holder.hidden = !holder.querySelector(".row:not([hidden])");
+    for (const holder of all(".same, .cause-group, .cause-group > .alike, .group")) holder.hidden = !holder.querySelector(".row:not([hidden])");
     for (const group of all(".group")) {
       const here = all(".row:not([hidden])", group).length;
       const every = all(".row", group).length;
-      group.querySelector(".count").textContent = here === every ? every : `${here} of ${every}`;
+      const count = group.querySelector(".count");
+      count.textContent = here !== every ? `${here} of ${every}` : "plain" in count.dataset ? "" : every;
     }
+    for (const link of all(".changes a")) link.hidden = Boolean(byId(link.hash.slice(1))?.hidden);
     byId("none").hidden = shown > 0;
     byId("shown").textContent = shown === rows.length ? "" : `${shown} of ${rows.length} shown`;
     document.body.classList.toggle("unboxed", !byId("boxes").checked);

@@ -21,7 +21,7 @@ from notabug.report.loading import results_of
 from notabug.report.rows import Group, Key, Row, Summary, changes_against, groups, key, make_row, summarise
 from notabug.results.document import RunDocument
 from notabug.results.record import Result, load
-from notabug.results.wording import WORST_FIRST
+from notabug.results.wording import WORST_FIRST, area, strongest
 from notabug.runs.folders import write_text
 from notabug.scenes_usd.errors import NotabugError
 
@@ -120,6 +120,8 @@ def _page(
             policy=policy,
             document=document,
             groups=found,
+            area=area,
+            strongest=strongest,
             summary=summary,
             changes=CHANGES,
             baseline=before,

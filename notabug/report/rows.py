@@ -13,7 +13,7 @@ from notabug.report.comparison import CHANGES, changes, expected_change
 from notabug.report.next_steps import accept_command, accept_entry, why_command
 from notabug.results.alike import alike
 from notabug.results.record import Result
-from notabug.results.wording import WORST_FIRST, area, finding_names, number, readable, strongest
+from notabug.results.wording import WORST_FIRST, area, counted, finding_names, number, readable, strongest
 
 Key = tuple[str, str, str]
 
@@ -64,19 +64,22 @@ class Same:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """A section of the page: rows that are open as cards, rows that are folded, and rows that are told as one."""
+    """A section of the page: rows that are open as cards, rows that are folded, and rows that are told as one.
+
+    The cards are by cause: the first row of each is open, the others of the same renderer and cause are folded below.
+    """
 
     id: str
     title: str
     note: str
-    cards: tuple[Row, ...] = ()
+    cards: tuple[Same, ...] = ()
     rows: tuple[Row, ...] = ()
     same: tuple[Same, ...] = ()
     folded: bool = False
 
     @property
     def count(self) -> int:
-        return len(self.cards) + len(self.rows) + sum(len(each.rows) for each in self.same)
+        return sum(len(each.rows) for each in self.cards) + len(self.rows) + sum(len(each.rows) for each in self.same)
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,7 +208,7 @@ def groups(rows: Sequence[Row], out: Path) -> list[Group]:
     other = "not a bug, but not what is expected of it"
     agree, lacks = "the picture agrees with the reference", "the renderer lacks what the scene needs"
     made = [
-        Group("bugs", "Bugs", worst, cards=tuple(sorted(of["bug"], key=worst_first))),
+        Group("bugs", "Bugs", worst, cards=_by_cause(sorted(of["bug"], key=worst_first))),
         Group("fails", "Other results that fail", other, rows=tuple(sorted(failing, key=worst_first))),
         Group("errors", "Errors", "the renderer failed, or is not judged", same=_same(of["error"], out)),
         Group("inconclusive", "Inconclusive", "too noisy or too lossy to tell", rows=tuple(rest["inconclusive"])),
@@ -220,6 +223,25 @@ def groups(rows: Sequence[Row], out: Path) -> list[Group]:
         Group("unsupported", "Unsupported", lacks, same=_same(rest["unsupported"], out), folded=True),
     ]  # fmt: skip
     return [group for group in made if group.count]
+
+
+def _by_cause(rows: Sequence[Row]) -> tuple[Same, ...]:
+    """``rows`` by renderer and by what is said of them, each cause in the place of its first row."""
+    found: dict[tuple[str, ...], list[Row]] = {}
+    for row in rows:
+        message = " ".join(row.result.verdict.message.split())
+        found.setdefault((row.result.renderer, message) if message else key(row.result), []).append(row)
+    return tuple(
+        Same(title=f"{first.result.renderer}: {first.result.verdict.message}", cause=_scenes(same), rows=(first, *rest))
+        for first, *rest in found.values()
+        for same in [(first, *rest)]
+    )
+
+
+def _scenes(rows: Sequence[Row]) -> str:
+    """How many scenes ``rows`` are of, or variants of one scene."""
+    scenes = len({row.result.scene for row in rows})
+    return counted(scenes, "scene") if scenes > 1 else counted(len(rows), "variant")
 
 
 def _same(rows: Sequence[Row], out: Path) -> tuple[Same, ...]:
@@ -237,6 +259,9 @@ def _same(rows: Sequence[Row], out: Path) -> tuple[Same, ...]:
 
 def summarise(rows: Sequence[Row], versions: Mapping[str, str], baseline: Mapping[Key, Result] | None) -> Summary:
     """The head of the page: counts a renderer, and what has changed."""
+    by_state = {name: tuple(row for row in rows if row.expected == name) for name in CHANGES}
+    if _told_by_cards(rows, by_state):
+        by_state = dict.fromkeys(CHANGES, ())
     counts = []
     for renderer in dict.fromkeys(row.result.renderer for row in rows):
         own = [row for row in rows if row.result.renderer == renderer]
@@ -245,25 +270,31 @@ def summarise(rows: Sequence[Row], versions: Mapping[str, str], baseline: Mappin
                 renderer,
                 versions.get(renderer, ""),
                 {word: sum(row.result.verdict.word == word for row in own) for word in WORST_FIRST},
-                {name: sum(row.expected == name for row in own) for name in CHANGES},
+                {name: sum(row.result.renderer == renderer for row in by_state[name]) for name in CHANGES},
                 {name: sum(row.against == name for row in own) for name in CHANGES},
             )
         )
-    by_state = {name: tuple(row for row in rows if row.expected == name) for name in CHANGES}
     by_change = {name: tuple(row for row in rows if row.against == name) for name in CHANGES}
     failing = sum(row.result.fails for row in rows)
     here = {key(row.result) for row in rows}
-    counted: Counter[str] = Counter(row.result.verdict.word for row in rows)
-    words = ", ".join(f"{counted[word]} {word}" for word in WORST_FIRST if counted[word]) or "no results"
-    fails = f"{failing} of {len(rows)} results fail{'s' if failing == 1 else ''}"
+    by_word: Counter[str] = Counter(row.result.verdict.word for row in rows)
+    words = ", ".join(f"{by_word[word]} {word}" for word in WORST_FIRST if by_word[word]) or "no results"
+    told = all(row.result.fails == (row.result.verdict.word in ("bug", "error")) for row in rows)
+    fails = f"{failing} of {len(rows)} results fail{'s' if failing == 1 else ''}; in all "
     return Summary(
-        headline=f"{fails}; in all {words}" if failing else f"nothing fails: {words}",
+        headline=f"{'' if told else fails}{words}" if failing else f"nothing fails: {words}",
         red=bool(failing),
         counts=tuple(counts),
         expected=by_state,
         against=by_change,
         gone=len(baseline.keys() - here) if baseline is not None else 0,
     )
+
+
+def _told_by_cards(rows: Sequence[Row], by_state: Mapping[str, Sequence[Row]]) -> bool:
+    """Whether the list of what is not expected would only name the bugs, whose cards are the first of the page."""
+    bugs = [row for row in rows if row.result.verdict.word == "bug"]
+    return list(by_state["new"]) == bugs and not any(found for name, found in by_state.items() if name != "new")
 
 
 def changes_against(results: Sequence[Result], baseline: Mapping[Key, Result] | None) -> dict[Key, str]:

@@ -16,6 +16,7 @@ from notabug.results.record import Result
 from notabug.runs.provenance import models_version
 
 NO_REFERENCE = "reference"  # the trigger of an error that is the reference's, no matter what the renderer did
+OF_FILES = "files"  # the trigger of an error that is the disk's, or of the rights to a folder
 NO_SCENE = "scene"  # the trigger of an error that is the scene's: no renderer was asked
 
 FailOn = Literal["any", "visible"]

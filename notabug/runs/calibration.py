@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from notabug.adapters.base import Adapter, Quality
 from notabug.metrics.verdict import Finding, Verdict
+from notabug.results.gate import OF_FILES
 from notabug.results.record import Result
 from notabug.runs.selection import Choice
 
@@ -47,6 +48,8 @@ def objection(reading: Reading, verdict: Verdict, plain: Callable[[], Reading | 
     are, unless it is another one at every drawing. A bug that neither calls the adapter's is the renderer's own, to be
     judged.
     """
+    if OF_FILES in verdict.triggers:
+        return verdict.message  # the disk's, of which no renderer is to blame
     if verdict.word == "error":
         return f"the card could not be drawn ({verdict.message})"
     if verdict.word in ("pass", "limitation"):

@@ -12,7 +12,7 @@ from notabug.adapters.base import Adapter, UnsupportedError
 from notabug.adapters.trees import empty, replaced, states
 from notabug.exit_codes import ExitCode, exit_code
 from notabug.metrics.verdict import Verdict, Word
-from notabug.results.gate import NO_REFERENCE, NO_SCENE
+from notabug.results.gate import NO_REFERENCE, NO_SCENE, OF_FILES
 from notabug.results.record import Result
 from notabug.runs.folders import job_folder, job_lock, write_json
 from notabug.runs.job_files import OF_RENDERS, draw_fresh, keep_log, kept_renders, kept_result, keys_of, relative
@@ -71,7 +71,7 @@ def blank_result(plan: Plan, choice: Choice, scene: Scene | NotabugError, name: 
         renderer=name,
         renderer_version=plan.renderers[name][1].version,
         verdict=Verdict("error"),
-        command=reproduce(choice, name, plan.quality),
+        command=reproduce(choice, name, plan.quality, plan.out, variant),
     )
     if isinstance(scene, NotabugError):
         return blank
@@ -130,7 +130,8 @@ def _fresh(jobs: Jobs, blank: Result, scene: Scene, adapter: Adapter, folder: Pa
         return replace(blank, verdict=verdict, log=relative(kept, plan.out) if kept else "")
     except Exception as error:  # a defect in one adapter or model must not cost the other results
         if is_of_files(error):
-            return replace(blank, verdict=no_judgement("error", str(FileError.of(cast(OSError, error)))))
+            verdict = no_judgement("error", str(FileError.of(cast(OSError, error))))
+            return replace(blank, verdict=replace(verdict, triggers=(OF_FILES,)))
         kept = None if replaced(before) else keep_log(folder, traceback.format_exc())
         what = f"internal error: {type(error).__name__}: {error}" + (f"; the trace is in {kept}" if kept else "")
         return replace(blank, verdict=no_judgement("error", what), log=relative(kept, plan.out) if kept else "")

@@ -93,16 +93,21 @@ def read_choice(choice: Choice) -> Scene | NotabugError:
         return error
 
 
-def reproduce(choice: Choice, renderer: str, quality: Quality) -> str:
-    """The command line that makes this one result again."""
+def reproduce(choice: Choice, renderer: str, quality: Quality, out: Path, variant: str = "") -> str:
+    """The command line that makes this one result again, in a folder beside ``out``, whose run stays as it is.
+
+    ``variant`` is the whole choice of the scene, defaults included, where that is known.
+    """
     if choice.label:
-        return shlex.join(["notabug", "run", "--workarounds", choice.source, "-r", renderer])
+        words = ["notabug", "run", "--workarounds", choice.source, "-r", renderer]
+        return shlex.join([*words, "--out", out.with_name(f"{out.name}-again").as_posix()] if out.name else words)
     words = ["notabug", "run", choice.source, "-r", renderer]
-    words += options_for(choice.variant)
+    words += options_for(variant or choice.variant)
     if quality.samples:
         words += ["--samples", str(quality.samples)]
     if len(quality.seeds) != len(Quality().seeds):
         words += ["--seeds", str(len(quality.seeds))]
+    words += ["--out", out.with_name(f"{out.name}-again").as_posix()] if out.name else []
     return shlex.join(words)
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import textwrap
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Literal
@@ -23,6 +25,7 @@ from notabug.results.wording import STYLE, area, finding_names, number, stronges
 
 _PLAIN = "default not bold"
 SHOWN = 5  # jobs named for each state
+NARROWEST = 20  # columns that COLUMNS may say: below them no name has room
 LOG_WIDTH = 160  # columns of a log, which has no width of its own
 BAR = 36  # columns that the bar, its count and its clock take
 WORD = 15  # columns of a glyph and the longest verdict
@@ -32,6 +35,7 @@ FOLDED = 24  # columns that variants and findings keep in a table at least
 NUMBERS = 40  # columns of a table's verdict, area, jnd, seconds, and of the gaps between its columns
 
 Detail = Literal["quiet", "normal", "verbose"]
+Key = tuple[str, str, str]  # of a result: its scene, its variant as it is told, its renderer
 
 # What to do about a state, worst first.
 ADVICE = {
@@ -54,12 +58,20 @@ class Board:
     """
 
     def __init__(
-        self, console: Console, done: Callable[[Result], object], detail: Detail = "normal", note: str = ""
+        self,
+        console: Console,
+        done: Callable[[Result], object],
+        detail: Detail = "normal",
+        note: str = "",
+        brief: frozenset[str] = frozenset(),
     ) -> None:
+        """``note`` is told at the beginning; scenes of ``brief`` are named without their variants."""
         self._console = console
         self._heard = done
         self._detail = detail
         self._note = note
+        self._brief = brief
+        self._shown: set[Key] = set()
         self._told: set[tuple[str, str, str]] = set()
         self._bar = Progress(
             BarColumn(12),
@@ -84,6 +96,11 @@ class Board:
         if self._live is not None:
             self._live.stop()
 
+    @property
+    def shown(self) -> frozenset[Key]:
+        """The results of which all was printed: a line, and the message."""
+        return frozenset(self._shown)
+
     def begin(self, jobs: int) -> None:
         self._bar.update(self._task, total=jobs)
         if self._note and self._detail != "quiet":
@@ -99,10 +116,15 @@ class Board:
         word = result.verdict.word
         if self._detail == "quiet" or (self._detail == "normal" and not self._worth_a_line(result)):
             return
+        if result.scene in self._brief:
+            result = replace(result, variant="")
         same = (result.renderer, word, kind(result.verdict.message, result.scene))
         known = same in self._told
         self._told.add(same)
-        for text in lines(result, self._console.width, kept=kept, told=not known or self._detail == "verbose"):
+        told = not known or self._detail == "verbose"
+        if told or word in ("pass", "limitation"):  # whose line is all that is said of them
+            self._shown.add(key_of(result))
+        for text in lines(result, self._console.width, kept=kept, told=told):
             self._console.print(text, soft_wrap=True)
 
     def _worth_a_line(self, result: Result) -> bool:
@@ -111,9 +133,17 @@ class Board:
 
 
 def console(*, stderr: bool = False) -> Console:
-    """A console; in a log, which has no width, lines are wide enough for the table."""
+    """A console; a log has the width that COLUMNS says, else lines are wide enough for the table."""
     made = SafeConsole(stderr=stderr, highlight=False)
-    return made if made.is_terminal else SafeConsole(stderr=stderr, highlight=False, width=LOG_WIDTH)
+    if made.is_terminal:
+        return made
+    said = os.environ.get("COLUMNS", "")
+    width = int(said) if said.isascii() and said.isdecimal() and int(said) >= NARROWEST else LOG_WIDTH
+    return SafeConsole(stderr=stderr, highlight=False, width=width)
+
+
+def key_of(result: Result) -> Key:
+    return (result.scene, result.variant, result.renderer)
 
 
 def shortened(text: str, room: int) -> str:
@@ -220,12 +250,23 @@ def table(results: Sequence[Result]) -> Table:
     return drawn
 
 
+def causes(results: Sequence[Result], out: Path | None = None) -> tuple[list[Text], frozenset[Key]]:
+    """The lines of ``messages`` that tell of several results at once, and these results."""
+    found = _messages(results, out)
+    several = [(line, same) for line, same in found if len(same) > 1]
+    return [line for line, _ in several], frozenset(key_of(result) for _, same in several for result in same)
+
+
 def messages(results: Sequence[Result], out: Path | None = None) -> list[Text]:
     """What is not well and why: of what one renderer makes alike one line, with a count.
 
     ``out`` is the run's folder, in which the logs lie.
     """
-    made = []
+    return [line for line, _ in _messages(results, out)]
+
+
+def _messages(results: Sequence[Result], out: Path | None) -> list[tuple[Text, Sequence[Result]]]:
+    made: list[tuple[Text, Sequence[Result]]] = []
     bugs: dict[tuple[str, str], list[Result]] = {}
     others = []
     for result in results:
@@ -242,7 +283,7 @@ def messages(results: Sequence[Result], out: Path | None = None) -> list[Text]:
         if len(scenes) > 1:
             more = f" and {len(scenes) - SHOWN} more" if len(scenes) > SHOWN else ""
             where = f"{renderer}: {len(scenes)} scenes ({', '.join(scenes[:SHOWN])}{more})"
-        made.append(verdict_text(found[0]).append(f"  {where}: {message}", style=_PLAIN))
+        made.append((verdict_text(found[0]).append(f"  {where}: {message}", style=_PLAIN), found))
     for same in alike(others):
         count = len(same.results)
         one = " ".join(part for part in (same.first.scene, same.first.variant) if part)
@@ -251,7 +292,7 @@ def messages(results: Sequence[Result], out: Path | None = None) -> list[Text]:
         said = f"  {same.first.renderer}: {what}: {same.told}"
         if count > 1 and same.logs and out is not None and str(out / same.logs[0]) not in said:
             said += f"; log: {out / same.logs[0]}"
-        made.append(verdict_text(same.first).append(said, style=_PLAIN))
+        made.append((verdict_text(same.first).append(said, style=_PLAIN), same.results))
     return made
 
 
@@ -259,12 +300,15 @@ def states(results: Sequence[Result], gate: GateSaid) -> list[Text]:
     """What became of what was accepted, a state a line, those that fail first; what to do where it is not plain."""
     lines = []
     for state, advice in ADVICE.items():
+        if state == "new" and not gate["file"]:
+            continue  # nobody has said what is known: that it is not expected is in the counts
         found = [result for result in results if result.state == state and (result.because or state == "new")]
         if found:
             style = "bold red" if any(each.fails for each in found) else "default"
             named = "; ".join(" ".join(x for x in (e.scene, e.variant, e.renderer) if x) for e in found[:SHOWN])
             more = f"; and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
-            lines.append(Text(f"{state}: {len(found)}", style=style).append(f"  {named}{more}{advice}", style=_PLAIN))
+            name = f"not in {gate['file']}" if state == "new" else state
+            lines.append(Text(f"{name}: {len(found)}", style=style).append(f"  {named}{more}{advice}", style=_PLAIN))
     if gate["unused"]:
         lines.append(Text(f"unused: {len(gate['unused'])} entries of {gate['file']} met no result of this run", "dim"))
     return lines

@@ -180,7 +180,7 @@ def _lost(plan: Plan, task: Task, error: Exception) -> Done:
             renderer=name,
             renderer_version=plan.renderers[name][1].version,
             verdict=no_judgement("error", what),
-            command=reproduce(choice, name, plan.quality),
+            command=reproduce(choice, name, plan.quality, plan.out),
         ),
         False,
         0.0,

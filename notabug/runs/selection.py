@@ -12,7 +12,7 @@ from pathlib import Path
 from notabug.adapters.base import Adapter
 from notabug.scenes_usd import catalogue
 from notabug.scenes_usd.errors import NotabugError, SceneError, SelectionError
-from notabug.scenes_usd.nearest import SEE_SCENES, instead_of
+from notabug.scenes_usd.nearest import SEE_SCENES, instead_of, near
 from notabug.scenes_usd.reader import SUFFIXES, find, look_through, scene_id
 from notabug.scenes_usd.scene import Scene
 from notabug.scenes_usd.view import AS_IT_IS, View, as_text, read_variant_word, variant_word
@@ -181,7 +181,9 @@ def _sources(word: str) -> list[str]:
     if any(mark in word for mark in "*?["):
         return [each for each in ids if fnmatchcase(each, word)]
     known = dict.fromkeys([*(each.partition("/")[0] for each in ids), *ids])
-    expected, meant = instead_of(word, known, more=f"a glob, or a {'/'.join(SUFFIXES)} file", see=SEE_SCENES)
+    classes = dict.fromkeys(each.partition("/")[0] for each in ids)
+    few = classes if not near(word, known) else known  # nobody finds a name in a list of all scenes
+    expected, meant = instead_of(word, few, more=f"a glob, or a {'/'.join(SUFFIXES)} file", see=SEE_SCENES)
     raise SelectionError(f"no scene or class called {word!r}", expected=expected, do=meant)
 
 

@@ -25,8 +25,9 @@ from notabug.commands.run import _beginning
 from notabug.results.wording import duration
 from notabug.runs.plan import Plan, left_out
 from notabug.runs.selection import choose
-from notabug.scenes_usd.errors import ManyFaultsError, SceneError
+from notabug.scenes_usd.errors import Asked, ManyFaultsError, SceneError
 from notabug.scenes_usd.opinion import Opinion
+from notabug.scenes_usd.view import AS_IT_IS
 
 TABLE = Table({"command": ["./mine", "{scene}", "{image}"]}, "renderers.mine", Path())
 COMMANDS: dict[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
@@ -67,18 +68,21 @@ def test_a_shell_completes_scenes_and_renderers() -> None:
     assert done.stdout.split() == ["terminator/sphere"]
 
 
-@pytest.mark.parametrize(("mended", "said"), [(0, ""), (1, "mends 1 of 2"), (2, "mends all of it")])
+@pytest.mark.parametrize(("mended", "said"), [(0, ""), (1, "mends all but 1"), (2, "writes that down")])
 def test_a_refused_scene_says_whether_a_layer_would_mend_it(
-    mended: int, said: str, capsys: pytest.CaptureFixture[str]
+    mended: int, said: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     faults = (SceneError("one", where="/A"), SceneError("two", where="/B"))
+    monkeypatch.setattr("notabug.commands.check.faults_left", lambda *_: faults[mended:])
+    for fault in faults:
+        fault.asked = Asked("my scene.usda", {}, AS_IT_IS)
     for fault in faults[:mended]:
         fault.mends = (Opinion("/A", "visibility", "token", "invisible"),)
     assert _told(ManyFaultsError(faults)) == 2
     told = capsys.readouterr().err
     assert told.count("notabug: /") == 2
     assert said in told
-    assert ("notabug adapt" in told) == bool(mended)
+    assert ("notabug adapt 'my scene.usda' --out own.usda" in told) == bool(mended)
 
 
 @pytest.mark.parametrize("text", [None, "", "#usda 1.0\ndef {"])
@@ -131,7 +135,7 @@ def test_a_run_says_what_it_does_and_how_long_that_takes(door: Any, monkeypatch:
     monkeypatch.setattr(running, "FIRST", 40.0)
     assert door("run", "terminator/sphere", "texture/uneven_quad") == 0
     told = " ".join(door.stderr.split())
-    jobs = re.search(r"rendering and judging 2 scenes, (\d+) jobs? with", told)
+    jobs = re.search(r"rendering and judging 2 scenes, (\d+) pictures? with", told)
     assert jobs is not None
     assert f"the first run takes {duration(40.0 * int(jobs[1]))}" in told
     assert door("run", "terminator/sphere", "texture/uneven_quad") == 0  # which keeps what is finished

@@ -50,7 +50,7 @@ def test_a_command_is_drawn_as_in_a_terminal_of_80_columns(pages: ModuleType) ->
     text = pages.in_a_terminal(["--help"])
     assert "\x1b[" in text  # at a terminal there are colours
     plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text)
-    assert "Commands" in plain
+    assert "Judge a renderer" in plain
     assert max(len(line) for line in plain.splitlines()) <= pages.COLUMNS
     svg = pages.drawn("half\x1b[2K\rwhole \x1b[31mred\x1b[0m", ["--help"])
     assert "whole" in svg
