@@ -44,7 +44,7 @@ def files() -> dict[str, bytes]:
     cameras = {"low": _seen(18.0), "high": _seen(40.0)}
     slopes = {name: over("Materials/Bumps/Normals", f"asset inputs:file = @{_file(name)}@") for name in STEEPEST}
     parts = [
-        distant_light(looking((math.cos(down), -math.sin(down), -0.12)), 4.0),
+        distant_light(looking((math.cos(down), -math.sin(down), -0.12)), 3.2),
         materials(mapped("Bumps", "", (0.75, 0.5, 0.3), roughness=0.45)),
         _strip("Near", 0.0, (0.04, 1.04)),
         _strip("Far", 24.0, (-1.04, -0.04)),

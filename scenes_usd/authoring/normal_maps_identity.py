@@ -46,7 +46,7 @@ def files() -> dict[str, bytes]:
     wall = [(-1.6, -1.6, -0.2), (1.6, -1.6, -0.2), (1.6, 1.6, -0.2), (-1.6, 1.6, -0.2)]
     parts = [
         camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), 0.34, (0.1, 100.0)),
-        point_light((-1.5, 1.3, 3.0), 150.0),
+        point_light((-1.5, 1.3, 3.0), 75.0),
         materials(
             *(
                 mapped(f"{name}{part}", FILE, colour, roughness=rough, bias=bias)

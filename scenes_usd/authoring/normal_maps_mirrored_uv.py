@@ -32,7 +32,7 @@ def files() -> dict[str, bytes]:
     }
     parts = [
         camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), 0.23, (0.1, 100.0)),
-        point_light((0.4, 2.6, 3.0), 180.0),
+        point_light((0.4, 2.6, 3.0), 126.0),
         materials(mapped("Ridges", FILE, (0.5, 0.55, 0.35), roughness=0.4)),
         variant_set("tile", tiles),
     ]
