@@ -18,9 +18,7 @@ LIT = 3.0  # W/m^2 that all lights together give about, face on at the middle
 UP = np.array([0.0, 1.0, 0.0])
 
 
-def lights(
-    rng: np.random.Generator, what: Features, middle: Floats, near: float, eye: float
-) -> tuple[list[str], dict[str, bytes]]:
+def lights(rng: np.random.Generator, what: Features, middle: Floats, near: float, eye: float) -> tuple[list[str], dict[str, bytes]]:
     """The lights as text, and the pictures of domes by their files' names.
 
     ``near`` is half the distance of the camera, whose azimuth is ``eye`` degrees; ``middle`` is what it looks at.
