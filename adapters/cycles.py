@@ -38,6 +38,8 @@ class Cycles:
     Attributes
     ----------
     terminator_offset : Blender's ``shadow_terminator_geometry_offset``, of every object.
+    bump_correction : Blender's ``use_bump_map_correction``, of every material: highlights of mapped normals are raised,
+        and their diffuse light fades towards the surface's horizon.
     python : the interpreter that has bpy; by default that of ``notabug install cycles``, else this one.
     keep_jobs : keep the folder with the job of every picture.
     edit : what is done to the job before Cycles reads it; a fault to be detected, for tests.
@@ -45,6 +47,7 @@ class Cycles:
 
     name: str = "cycles"
     terminator_offset: float = 0.0
+    bump_correction: bool = False
     python: str = ""
     keep_jobs: bool = False
     edit: Edit | None = None
@@ -67,6 +70,10 @@ class Cycles:
             noisy=not point,
             samples=quality.samples or DEFAULT_SAMPLES,
             ngon_split="02",
+            mapped_away="raised" if self.bump_correction else "keep",
+            bump_light="softened_diffuse" if self.bump_correction else "cut",
+            tangents="triangle",
+            normal_level="127.5",
             coincident="unknown",
             opacity_shadow="attenuate",
             texture_filter="bilinear",
@@ -97,6 +104,7 @@ class Cycles:
         settings = {
             "threads": quality.threads,
             "terminator_offset": self.terminator_offset,
+            "bump_correction": self.bump_correction,
             "on_a_light": ON_A_LIGHT if any(light.emitter is not None for light in scene.lights) else 1,
         }
         return script.render(same_wraps(scene), out, quality, settings, "Cycles", samples=samples, seeds=seeds)

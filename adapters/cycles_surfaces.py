@@ -62,7 +62,7 @@ class Surfaces:
         said = self.job["materials"][index]
         look = self.bpy.data.materials.new(f"material{index} {part.name}")
         graph: Graph = self.nodes.Graph(look)
-        look.cycles.use_bump_map_correction = False  # which moves normals that a map has turned
+        look.cycles.use_bump_map_correction = self.job["bump_correction"]
         look.cycles.emission_sampling = "NONE"
         shown = self._surface(graph, said, part, light)
         if said["opacity"] < 1.0:

@@ -117,6 +117,7 @@ class Job(TypedDict):
     bounces: NotRequired[int]
     raised: NotRequired[float]
     terminator_offset: NotRequired[float]
+    bump_correction: NotRequired[bool]
     on_a_light: NotRequired[int]
 
 

@@ -39,7 +39,7 @@ ELSEWHERE = {
     "shadow_map_detached": "three.js with the bias that its manual advises; as above",
     "mapped_normal_black": "Mitsuba before 3.7.1, and pbrt-v4; Mitsuba turns such normals since",
     "bump_light_leak": "three.js and Filament, which have no such maps here yet",
-    "bump_terminator_softened": "Mitsuba and Cycles by default; Mitsuba's adapter asks for none of it",
+    "bump_terminator_softened": "Mitsuba and Cycles by default; their adapters ask for none of it",
     "texel_weights": "samplers of graphics hardware; OpenGL's adapter here filters in its shader",
     "border_not_filtered": "shaders that repeat a tile of an atlas; every renderer here filters across the border",
     "decoded_after_filter": "old OpenGL and shaders that decode by themselves; adapters here hand over linear texels",

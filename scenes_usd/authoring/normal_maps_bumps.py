@@ -56,7 +56,13 @@ def files() -> dict[str, bytes]:
             f"normal_maps/textures/{name}.png": png(encoded(bumps(TEXELS, steepest)))
             for name, steepest in STEEPEST.items()
         },
-        "normal_maps/bumps.usda": stage(CARD, parts, metadata=selected(camera="low", slope="steep"), size=WIDE),
+        "normal_maps/bumps.usda": stage(
+            CARD,
+            parts,
+            requires=("uv", "normal_map", "distant_light"),
+            metadata=selected(camera="low", slope="steep"),
+            size=WIDE,
+        ),
     }
 
 

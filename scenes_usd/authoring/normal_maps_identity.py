@@ -63,5 +63,11 @@ def files() -> dict[str, bytes]:
     up = np.broadcast_to(np.array([128, 128, 255], np.uint8), (2, 2, 3))
     return {
         "normal_maps/textures/up.png": png(np.ascontiguousarray(up)),
-        "normal_maps/identity.usda": stage(CARD, parts, metadata=selected(map="bytes"), size=SIZE),
+        "normal_maps/identity.usda": stage(
+            CARD,
+            parts,
+            requires=("normals", "uv", "normal_map", "point_light"),
+            metadata=selected(map="bytes"),
+            size=SIZE,
+        ),
     }

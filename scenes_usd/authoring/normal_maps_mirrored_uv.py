@@ -38,7 +38,13 @@ def files() -> dict[str, bytes]:
     ]
     return {
         "normal_maps/textures/ridges.png": png(encoded(ridges(TEXELS))),
-        "normal_maps/mirrored_uv.usda": stage(CARD, parts, metadata=selected(tile="curved"), size=SIZE),
+        "normal_maps/mirrored_uv.usda": stage(
+            CARD,
+            parts,
+            requires=("normals", "uv", "normal_map", "point_light"),
+            metadata=selected(tile="curved"),
+            size=SIZE,
+        ),
     }
 
 

@@ -1,4 +1,4 @@
-"""Mitsuba on normal maps: its conventions pass, its defaults are limitations, its second tangent is a bug."""
+"""Mitsuba and Cycles on normal maps: conventions pass, their own defaults are limitations, a wrong tangent is a bug."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from notabug.adapters.base import Quality
+from notabug.adapters.cycles import Cycles
 from notabug.adapters.mitsuba import Mitsuba
 from notabug.adapters.mitsuba_job import MIRRORED, job
 from notabug.metrics.judge import judge
@@ -25,7 +26,7 @@ def small(name: str, share: float = 0.5, **variants: str) -> Scene:
     return replace(scene, width=int(scene.width * share), height=int(scene.height * share))
 
 
-def judged(stage: Any, adapter: Mitsuba, scene: Scene) -> tuple[str, list[str]]:
+def judged(stage: Any, adapter: Mitsuba | Cycles, scene: Scene) -> tuple[str, list[str]]:
     picture = stage.draw(adapter, scene)
     verdict = judge([picture], scene, adapter.declaration(CENTRES), perceive=False).verdict
     return verdict.word, [each.name for each in verdict.findings]
@@ -86,3 +87,71 @@ def test_mirrored_faces_are_a_shape_with_a_map_of_their_own() -> None:
     assert tile.uv is not None
     whole = replace(scene, objects=(replace(tile, uv=tile.uv * [-1.0, 1.0]),))
     assert {each["look"] for each in job(whole, CENTRES)[0]["objects"]} == {"0", f"0{MIRRORED}"}
+
+
+def height_correlated(scene: Scene) -> Scene:
+    """``scene`` with the masking that Cycles has."""
+    return replace(
+        scene,
+        materials=tuple(
+            each if each.preview is None else replace(each, preview=replace(each.preview, masking="correlated"))
+            for each in scene.materials
+        ),
+    )
+
+
+CYCLES_SWITCHES = {
+    False: {"mapped_away": "keep", "bump_light": "cut"},
+    True: {"mapped_away": "raised", "bump_light": "softened_diffuse"},
+}
+OTHERS = (("mapped_away", ("keep", "flip", "black", "raised")), ("bump_light", ("cut", "lit", "softened", "tamed")))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("correction", [False, True])
+@pytest.mark.sweep_except("False")
+def test_cycles_is_the_tracer_that_it_declares_and_no_other(correction: bool, stage: Any, cycles: Cycles) -> None:
+    """To .1 percent of the brightest, and no switch of the tracer can be another: each moves pixels by more."""
+    adapter, scene = replace(cycles, bump_correction=correction), small("bumps")
+    declared = adapter.declaration(CENTRES)
+    switches = CYCLES_SWITCHES[correction]
+    assert switches == {name: getattr(declared, name) for name in switches}
+    drawn, meant = stage.draw(adapter, scene), height_correlated(scene)
+
+    def off(options: dict[str, str]) -> float:
+        expected = trace_picture(meant, Options(**options))  # type: ignore[arg-type]
+        return float(np.abs(drawn - expected).max() / expected.max())
+
+    own = off(switches)
+    assert own < 2e-3
+    for name, ways in OTHERS:
+        for way in ways:
+            assert way == switches[name] or off(switches | {name: way}) > 3.0 * own, way
+    verdict = judge([drawn], scene, declared, perceive=False).verdict
+    named = {each.name for each in verdict.findings}
+    assert (verdict.word, "bump_terminator_softened" in named) == (("pass", False), ("limitation", True))[correction]
+
+
+@pytest.mark.slow
+def test_the_frame_of_cycles_is_each_triangles(stage: Any, cycles: Cycles) -> None:
+    """On a smooth, curved mesh with mirrored coordinates, as the adapter hands dP/du and dP/dv to Cycles."""
+    scene = small("mirrored_uv", tile="curved")
+    drawn, meant = stage.draw(cycles, scene), height_correlated(scene)
+
+    def wrong(tangents: str) -> int:
+        expected = trace_picture(meant, Options(tangents=tangents))  # type: ignore[arg-type]
+        return int((np.abs(drawn - expected) > 3e-4 + 2e-3 * expected).any(axis=2).sum())
+
+    assert cycles.declaration(CENTRES).tangents == "triangle"
+    assert wrong("triangle") <= 3, "an edge through a pixel's centre"
+    assert min(map(wrong, ("interpolated", "cotangent", "right_handed"))) > 50
+
+
+@pytest.mark.slow
+def test_an_identity_in_bytes_leans_in_cycles_as_specified(stage: Any, cycles: Cycles) -> None:
+    scene = small("identity", 0.25, map="bytes")
+    drawn, meant = stage.draw(cycles, scene), height_correlated(scene)
+    level = height_correlated(small("identity", 0.25, map="level"))
+    assert cycles.declaration(CENTRES).normal_level == "127.5"
+    assert np.abs(drawn - trace_picture(meant)).max() < 1e-3
+    assert np.abs(drawn - trace_picture(level)).max() > 0.004 * drawn.max()
