@@ -5,7 +5,6 @@ What a scene lacks is None.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
@@ -13,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from notabug.references.tracer import bvh
 from notabug.references.tracer.emitters import emitters
+from notabug.references.tracer.hierarchy import Corners, hierarchy_of
 from notabug.references.tracer.skies import Skies, skies
 from notabug.references.tracer.tangents import scene_tangents
 from notabug.scenes_usd.faces import patches, shapes
@@ -168,7 +167,7 @@ def _geometry(objects: tuple[Object, ...], dtype: np.dtype[np.generic]) -> _Geom
         corner_base += total
 
     points = np.concatenate([part.points for part in parts]) if parts else np.zeros((0, 3, 3))
-    hierarchy = _hierarchy(_Corners(points.reshape(-1, 9)), dtype)
+    hierarchy = hierarchy_of(Corners(points.reshape(-1, 9)), dtype)
     order = hierarchy.order
     face_of = _joined(faces, order, np.int32)
     real = partial(_real, dtype)
@@ -187,43 +186,6 @@ def _geometry(objects: tuple[Object, ...], dtype: np.dtype[np.generic]) -> _Geom
         quads=_quads(quads, face_of, real),
         reach=float(np.abs(points).max(initial=0.0)),
     )
-
-
-class _Corners:
-    """The corners ``points`` (t, 9) of triangles; the same numbers are the same key."""
-
-    def __init__(self, points: npt.NDArray[np.float64]) -> None:
-        self.points = np.ascontiguousarray(points)
-        self._digest = hashlib.blake2b(self.points.data, digest_size=16).digest()
-
-    def __hash__(self) -> int:
-        return hash(self._digest)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Corners) and other._digest == self._digest
-
-
-class _Hierarchy(NamedTuple):
-    """What of a Flat follows from where triangles are; ``order`` (t,) is that of its leaves."""
-
-    nodes: Array
-    boxes: Array
-    leaves: Array
-    first: Array
-    points: Array
-    order: Array
-
-
-@lru_cache(maxsize=2)  # models that edit normals or coordinates alone, or cut faces as the reference does, share it
-def _hierarchy(corners: _Corners, dtype: np.dtype[np.generic]) -> _Hierarchy:
-    bounds, child, count, order = bvh.build(corners.points)
-    if dtype == np.float32:  # rounding must not move a corner out of its box
-        lo = np.nextafter(bounds[:, :3].astype(np.float32), np.float32(-np.inf))
-        hi = np.nextafter(bounds[:, 3:].astype(np.float32), np.float32(np.inf))
-        bounds = np.hstack([lo, hi]).astype(np.float64)
-    nodes, leaves, boxes = bvh.widen(bounds, child, count)
-    drawn = _real(dtype, corners.points[order])
-    return _Hierarchy(nodes, boxes, bvh.side_by_side(drawn, leaves), np.ascontiguousarray(leaves[:, 0]), drawn, order)
 
 
 def _real(dtype: np.dtype[np.generic], array: npt.ArrayLike) -> Array:
