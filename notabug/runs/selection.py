@@ -182,7 +182,9 @@ def _sources(word: str) -> list[str]:
         return [each for each in ids if fnmatchcase(each, word)]
     known = dict.fromkeys([*(each.partition("/")[0] for each in ids), *ids])
     classes = dict.fromkeys(each.partition("/")[0] for each in ids)
-    few = classes if not near(word, known) else known  # nobody finds a name in a list of all scenes
+    within = [each for each in ids if each.partition("/")[0] == word.partition("/")[0]]
+    # nobody finds a name in a list of all scenes
+    few = known if near(word, known) else dict.fromkeys(within or classes)
     expected, meant = instead_of(word, few, more=f"a glob, or a {'/'.join(SUFFIXES)} file", see=SEE_SCENES)
     raise SelectionError(f"no scene or class called {word!r}", expected=expected, do=meant)
 
