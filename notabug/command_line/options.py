@@ -51,7 +51,6 @@ class Topic(StrEnum):
     """What ``notabug list`` lists."""
 
     scenes = "scenes"
-    features = "features"
     renderers = "renderers"
     models = "models"
     variants = "variants"
