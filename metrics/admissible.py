@@ -89,7 +89,7 @@ def admissible(
     tau = tolerance * np.abs(value) + ABSOLUTE * max(min(float(value.max(initial=0.0)), peak), 1e-9)
     tau += _rounded(declaration, value, hi)
     if point and unsure is not None:  # an error that is nought by chance is not so next to it
-        tau += extreme(extreme(unsure, np.maximum), np.maximum)
+        tau += POLICY.admissible.centres * extreme(extreme(unsure, np.maximum), np.maximum)
     samples = missed = None
     sampled = (lo, hi, envelope.variance if declaration.filter == "box" else most_variance(hi - lo))
     if not point:

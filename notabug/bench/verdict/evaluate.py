@@ -33,6 +33,7 @@ from notabug.metrics.verdict import Verdict
 from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model, models
 from notabug.references.predict import configured
+from notabug.references.tracer.emitters import DRAWN_DIRECTIONS
 from notabug.references.tracer.envelope import trace_picture
 from notabug.references.tracer.precision import ABSOLUTE, RELATIVE
 from notabug.scenes_usd.reader import read_scene
@@ -148,11 +149,19 @@ def _declaring(condition: Condition, declared: Mapping[str, object]) -> Declarat
 
 
 def subsamples(scene: Scene, chosen: tuple[Model, ...]) -> Floats:
-    """The picture at SUBSAMPLES times the resolution: regular subsamples (h s, w s, 3)."""
+    """The picture at SUBSAMPLES times the resolution: regular subsamples (h s, w s, 3).
+
+    Of pixels' centres, which stand alone, lights with a size are known as a renderer's picture knows them.
+    """
     drawn, options = configured(scene, chosen)
-    return trace_picture(
-        replace(drawn, width=scene.width * SUBSAMPLES, height=scene.height * SUBSAMPLES), options, threads=1
-    )
+    finer = replace(drawn, width=scene.width * SUBSAMPLES, height=scene.height * SUBSAMPLES)
+    made = trace_picture(finer, options, threads=1)
+    if any(light.emitter is not None for light in drawn.lights):
+        centres = slice(SUBSAMPLES // 2, None, SUBSAMPLES)
+        at = np.arange(finer.width * finer.height).reshape(finer.height, finer.width)[centres, centres].ravel()
+        exact = trace_picture(finer, options, threads=1, at=at, directions=DRAWN_DIRECTIONS)
+        made[centres, centres] = exact[centres, centres]
+    return made
 
 
 def _unlabelled(scene: Scene, beside: tuple[Model, ...]) -> Floats:
