@@ -165,8 +165,7 @@ def _one_sample(found: Explanation, reference: Admissible, scene: Scene) -> tupl
     assert reference.sampled is not None
     low, high, variance = reference.sampled
     least, most = np.minimum(low, found.target.lo), np.maximum(high, found.target.hi)
-    # a light with a size, too, is followed along one direction, and weighed by how likely that is
-    bends = any(each.sends_on for each in scene.materials) or any(each.emitter is not None for each in scene.lights)
+    bends = any(each.sends_on for each in scene.materials)
     if len(scene.lights) > 1 or bends:
         most = (
             np.full_like(most, 3 * float(most.max())) if bends else most
