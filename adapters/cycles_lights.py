@@ -23,7 +23,11 @@ if TYPE_CHECKING:
     from notabug.adapters.job_types import Arrays, BeamSaid, CameraSaid, Job, LightSaid
 
 _FAR = 1e4  # of a sun that stands as a ball, in sizes of the scene
-_ROUND = 720  # flat strips that a cylinder is made of: together they are 3e-6 smaller seen from the side than it is
+_ROUND = 64  # flat strips that a cylinder is made of: seen from any side they are within 4e-4 of its width
+# Cycles loses light of slivers, since it takes the solid angle of a triangle from its corners in single precision: of
+# strips 3,700 times as long as wide a seventh was lost, of ones 10,000 times two fifths, of ones 16 times nothing.
+_SLENDER = 16  # times its width that a piece of a strip may be long
+_PIECES = 1024  # the most pieces of a strip
 _MAP_ACROSS = 2048  # texels across what a dome's directions are chosen by
 
 
@@ -266,12 +270,17 @@ def _cylinder(
     """The side of the unit cylinder along x under ``axes``: points, and quadrilaterals that face outward."""
     turn = np.arange(_ROUND) * (2.0 * math.pi / _ROUND)
     ring = np.stack([np.cos(turn), np.sin(turn)], axis=1) * (math.pi / _ROUND / math.sin(math.pi / _ROUND))
-    ends = [np.column_stack([np.full(_ROUND, x), ring]) for x in (-1.0, 1.0)]
+    length = 2.0 * np.linalg.norm(axes[0])
+    width = 2.0 * math.pi / _ROUND * min(np.linalg.norm(axes[1]), np.linalg.norm(axes[2]))
+    pieces = min(_PIECES, math.ceil(length / (_SLENDER * width)))
+    places = np.linspace(-1.0, 1.0, pieces + 1)
+    rings = [np.column_stack([np.full(_ROUND, x), ring]) for x in places]
     one, after = np.arange(_ROUND), (np.arange(_ROUND) + 1) % _ROUND
-    faces = np.stack([one, after, after + _ROUND, one + _ROUND], axis=1)
+    strip = np.stack([one, after, after + _ROUND, one + _ROUND], axis=1)
+    faces = (np.arange(pieces)[:, None, None] * _ROUND + strip).reshape(-1, 4)
     if np.linalg.det(axes) < 0.0:
         faces = faces[:, ::-1]
-    return np.concatenate(ends) @ axes + centre, faces
+    return np.concatenate(rings) @ axes + centre, faces
 
 
 def _ball_inside(
