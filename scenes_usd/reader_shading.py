@@ -226,7 +226,7 @@ def _preview_surface(material: UsdShade.Material) -> UsdShade.Shader:
             mends=_painted(material, None),
         )
     found = {str(each.GetFullName()): _shader(each) for each in outputs}
-    ids = {name: str(shader.GetShaderId()) if shader else "no shader" for name, shader in found.items()}
+    ids = {name: _identity(shader) for name, shader in found.items()}
     for name, shader in found.items():
         if shader and ids[name] == PREVIEW:
             others = [f"{ids[other]} on {other}" for other in found if other != name]
@@ -266,10 +266,23 @@ def _shader(output: UsdShade.Output) -> UsdShade.Shader:
 def _surface(material: UsdShade.Material, output: UsdShade.Output, expected: str) -> UsdShade.Shader:
     """The shader behind a surface output, checked to be an ``expected`` one."""
     shader = _shader(output)
-    if not shader or str(shader.GetShaderId()) != expected:
-        got = str(shader.GetShaderId()) if shader else "no shader"
-        raise fault(material.GetPrim(), str(output.GetFullName()), "unsupported shader", expected=expected, got=got)
+    if _identity(shader) != expected:
+        name = str(output.GetFullName())
+        raise fault(material.GetPrim(), name, "unsupported shader", expected=expected, got=_identity(shader))
     return shader
+
+
+def _identity(shader: UsdShade.Shader) -> str:
+    """What ``shader`` is: its id, or the file or source that it is written in, such as OmniPBR.mdl."""
+    if not shader:
+        return "no shader"
+    if shader.GetShaderId():
+        return str(shader.GetShaderId())
+    for attribute in shader.GetPrim().GetAttributes():
+        name = str(attribute.GetName())
+        if name.startswith("info:") and name.endswith("sourceAsset") and attribute.Get():
+            return str(attribute.Get().path)
+    return f"a shader without an id, of {shader.GetImplementationSource()}"
 
 
 def _not_bound(prim: Usd.Prim, relationship: Usd.Relationship) -> SceneError:

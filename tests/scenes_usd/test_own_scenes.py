@@ -102,6 +102,26 @@ def test_a_primvar_reader_of_what_varies_is_told(tmp_path: Path) -> None:
     assert own.state_of(path) == "adapted"
 
 
+@pytest.mark.parametrize(
+    ("said", "got"),
+    [
+        ("uniform asset info:mdl:sourceAsset = @OmniPBR.mdl@", "got OmniPBR.mdl"),
+        ("uniform asset info:sourceAsset = @gold.osl@", "got gold.osl"),
+        ('uniform token info:id = "ND_standard_surface_surfaceshader"', "got ND_standard_surface_surfaceshader"),
+        ("", "got a shader without an id"),
+    ],
+)
+def test_a_shader_that_is_not_drawn_is_named(said: str, got: str, tmp_path: Path) -> None:
+    source = "" if "info:id" in said else 'uniform token info:implementationSource = "sourceAsset"\n'
+    other = source + said
+    text = own.Feature("material", "other", "adapted", own.mesh(own.BOX + own.NONE), own.shader(own.LAMBERT)).text
+    assert 'uniform token info:id = "UsdPreviewSurface"' in text
+    path = tmp_path / "other.usda"
+    path.write_text(text.replace('uniform token info:id = "UsdPreviewSurface"', other), "utf-8")
+    with pytest.raises(SceneError, match=got):
+        read_stage(path, "own", {})
+
+
 # --- what the features look like once they are read ---------------------------------------------------------------
 
 
