@@ -104,14 +104,16 @@ def explain(
     predict: Predict,
     preview: Preview | None = None,
     closely: Closely | None = None,
+    stated: Sequence[Model] = (),
 ) -> Explanation:
     """The smallest set without a trigger, of single models that with the least freedom; else that with the shortest
     bug leg.
 
     ``preview`` spares most of the predictions: of models that move nothing near what needs explaining, and of larger
     sets whose quick picture is no nearer than that of the best one. With it, sets of three grow from the pairs that
-    leave least, or from the best set. Before a picture is a bug, models that move nothing
-    are predicted all the same. Where little is wrong it is predicted ``closely``.
+    leave least, or from the best set. Before a picture is a bug, models that move nothing are predicted all the same.
+    Where little is wrong it is predicted ``closely``. The conventions that are ``stated`` by the renderer's declaration
+    are tried before anything else.
     """
     bare = best = fit(measured, (), predict)
     if not bare.triggers:
@@ -124,6 +126,11 @@ def explain(
             bare = best = fit(measured, (), predict)
             if not bare.triggers:
                 return bare
+    near_stated = tuple(model for model in stated if preview is None or nears(bare, model, preview))
+    for some in (*((model,) for model in near_stated), *([near_stated] if len(near_stated) > 1 else [])):
+        found = fit(measured, some, predict)
+        if not found.triggers:
+            return replace(found, before=bare.significance.z)
     together = habits(models)
     wide = None if preview is None else reach(measured, bare.significance, models, together, predict, preview)
     if preview is not None and wide is not None and wide.beyond_all():

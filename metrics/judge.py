@@ -27,7 +27,7 @@ from notabug.metrics.noise import Measured, in_tiles, measure
 from notabug.metrics.policy import POLICY
 from notabug.metrics.predictions import Predictions
 from notabug.metrics.second_look import doubtful, shared_out
-from notabug.metrics.sets import admitted
+from notabug.metrics.sets import admitted, stated_conventions
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.camera import shift_message
 from notabug.references.models.model import Model, models
@@ -89,12 +89,13 @@ def judge(
     predicted = Predictions(scene, bare, reference, declaration, tolerance, moved, unsure)
     known = list(models(scene))
     open_to = admitted(known, declaration)
-    found = explain(measured, open_to, predicted, predicted.preview, predicted.closely)
+    stated = stated_conventions(open_to, declaration)
+    found = explain(measured, open_to, predicted, predicted.preview, predicted.closely, stated)
     doubted = np.zeros(reference.edge.shape, np.bool_) if found.triggers else doubtful(measured, found, scene)
     if doubted.any():
         predicted = predicted.finely(doubted)
         measured = shared_out(measured, predicted(()), doubted)
-        found = explain(measured, open_to, predicted, predicted.preview, predicted.closely)
+        found = explain(measured, open_to, predicted, predicted.preview, predicted.closely, stated)
     findings: tuple[Finding, ...] = ()
     word: Word
     name: Name | None = None

@@ -42,3 +42,14 @@ def admitted(models: Sequence[Model], declaration: Declaration) -> tuple[Model, 
             switches = repr((said.options, said.others))
             found.setdefault((said.name, said.edit, said.edits, said.when, said.also, switches), said)
     return tuple(found.values())
+
+
+def stated_conventions(models: Sequence[Model], declaration: Declaration) -> tuple[Model, ...]:
+    """Those of ``models`` that are conventions and that ``declaration`` says the renderer has."""
+    return tuple(
+        model
+        for model in choices(models)
+        if model.kind == "convention"
+        and model.conditions
+        and all(declaration.says(field) == value for field, value in model.conditions)
+    )
