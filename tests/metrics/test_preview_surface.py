@@ -11,6 +11,9 @@ import pytest
 
 from notabug.adapters.base import Quality
 from notabug.adapters.inhouse import InHouse
+from notabug.metrics.admissible import Admissible
+from notabug.metrics.predictions import Predictions
+from notabug.references.models.model import Model
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.reader_stage import read_stage
 from notabug.scenes_usd.scene import Scene
@@ -153,6 +156,41 @@ def test_a_fault_is_named(studio: Any, tmp_path: Path, ball: str, fault: str) ->
 def test_what_is_right_passes(studio: Any, tmp_path: Path, ball: str) -> None:
     scene = write(tmp_path, LOOKS[ball], LOOKS["glossy" if ball == "grey" else "grey"])
     assert judged(studio, scene).word == "pass"
+
+
+def correlated(scene: Scene) -> Scene:
+    surfaces = [
+        each if each.preview is None else replace(each.preview, masking="correlated") for each in scene.materials
+    ]
+    kept = zip(scene.materials, surfaces, strict=True)
+    return replace(
+        scene, materials=tuple(replace(each, preview=found) if each.preview else each for each, found in kept)
+    )
+
+
+def test_a_convention_that_is_declared_is_tried_before_all_else(
+    studio: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No other set is predicted; a fault beside it stays a bug, and another masking than the declared one."""
+    metal = ("color3f diffuseColor = (0.8, 0.5, 0.2)", "float metallic = 1", "float roughness = 0.9")
+    scene = write(tmp_path, metal, metal)
+    adapter = InHouse()
+    declaration = adapter.declaration(CENTRES)
+    asked: list[tuple[str, ...]] = []
+    admitted = Predictions._admitted
+
+    def noted(self: Predictions, chosen: tuple[Model, ...]) -> Admissible:
+        asked.append(tuple(model.name for model in chosen))
+        return admitted(self, chosen)
+
+    monkeypatch.setattr(Predictions, "_admitted", noted)
+    picture = studio.draw(adapter, correlated(scene), CENTRES)
+    verdict = studio.verdict(picture, scene, replace(declaration, masking="correlated"))
+    assert (verdict.word, [each.name for each in verdict.findings]) == ("pass", ["masking_correlated"])
+    assert asked == [("masking_correlated",)]
+    assert studio.verdict(picture, scene, replace(declaration, masking="separable"), naming=False).word == "bug"
+    faulty = studio.draw(InHouse(faults=("metallic_ignored",)), correlated(scene), CENTRES)
+    assert studio.verdict(faulty, scene, replace(declaration, masking="correlated"), naming=False).word == "bug"
 
 
 # --- maps -----------------------------------------------------------------------------------------------------------
