@@ -11,10 +11,14 @@ from notabug.results.wording import STYLE, number, readable
 if TYPE_CHECKING:
     import jinja2
 
-RULES = {
+    from notabug.references.models.model import Rule
+
+RULES: dict[Rule, str] = {
     "choice": "I = R or I = M, whole",
     "partial": "I = R + α (M − R), 0 ≤ α ≤ 1 in each pixel",
     "set": "each sample takes R or one of M₁, M₂ …",
+    "hull": "I lies between the least and the greatest of R, M₁, M₂ … in each channel",
+    "any": "I is anything where it acts",
 }
 
 

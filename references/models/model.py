@@ -24,6 +24,10 @@ OF_SHADOWS = frozenset({"shadows", "acne", "start", "shadow_rays", "transparent_
 """Switches that change nothing, or cannot be meant, where a renderer has no shadows."""
 
 
+Rule = Literal["choice", "partial", "set", "hull", "any"]
+"""What a model admits of its picture: see step 6 of docs/judge.md."""
+
+
 class Declared(Protocol):
     """What an adapter declares, as models ask for it."""
 
@@ -87,7 +91,7 @@ class Model:
     kind: Literal["limitation", "convention", "fault"]
     claim: str
     cites: str
-    rule: Literal["choice", "partial", "set", "hull", "any"] = "choice"
+    rule: Rule = "choice"
     edit: Edit = unchanged
     options: Mapping[str, Any] = field(default_factory=dict)
     others: tuple[Mapping[str, Any], ...] = ()

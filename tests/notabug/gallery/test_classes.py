@@ -1,0 +1,23 @@
+"""Every class has a page that can be drawn, whatever rules its models have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import get_args
+
+from notabug.gallery.site import build
+from notabug.gallery.templating import RULES
+from notabug.references.models.model import Rule
+from notabug.scenes_usd.catalogue import CLASSES, scenes
+
+
+def test_every_class_has_a_page(tmp_path: Path) -> None:
+    first: dict[str, str] = {}
+    for entry in scenes():
+        first.setdefault(entry.card.artifact_class, entry.id)
+    build([], tmp_path / "site", with_models=False, step=0, only=list(first.values()))
+    assert {page.stem for page in (tmp_path / "site" / "class").iterdir()} >= set(CLASSES)
+
+
+def test_every_rule_has_a_formula() -> None:
+    assert set(RULES) == set(get_args(Rule))
