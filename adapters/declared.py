@@ -14,7 +14,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from notabug.adapters import settings
 from notabug.adapters.base import Apart, Declaration
 from notabug.adapters.config import ConfigError, Table
-from notabug.references.models.area_light import LARGEST_GRID
+from notabug.references.models.area_shadows import LARGEST_GRID
 from notabug.scenes_usd.nearest import instead_of
 from notabug.scenes_usd.picture_numbers import NUMBERS
 

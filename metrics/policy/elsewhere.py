@@ -143,7 +143,7 @@ ELSEWHERE = (
         "word",
     ),
     Elsewhere(
-        "references.models.area_light.LARGEST_GRID",
+        "references.models.area_shadows.LARGEST_GRID",
         "Models",
         "points",
         "along a side of a rectangular light that a grid of points stands for",
@@ -151,7 +151,7 @@ ELSEWHERE = (
         "word",
     ),
     Elsewhere(
-        "references.models.area_light.UNSAID_GRIDS",
+        "references.models.area_shadows.UNSAID_GRIDS",
         "Models",
         "points",
         "along a side of such a light that are tried where nobody says it",

@@ -14,7 +14,7 @@ from notabug.adapters.base import Declaration, Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.adapters.povray import PovRay
 from notabug.adapters.registry import adapter
-from notabug.references.models.area_light import LARGEST_GRID, UNSAID_GRIDS
+from notabug.references.models.area_shadows import LARGEST_GRID, UNSAID_GRIDS
 from notabug.references.models.model import Model, models
 from notabug.references.tracer.envelope import trace_envelope, trace_picture
 from notabug.references.tracer.options import Options

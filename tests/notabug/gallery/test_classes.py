@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import get_args
 
+from notabug.gallery.entries import own_models
 from notabug.gallery.site import build
 from notabug.gallery.templating import RULES
 from notabug.references.models.model import Rule
 from notabug.scenes_usd.catalogue import CLASSES, scenes
+from notabug.scenes_usd.reader import read_scene
 
 
 def test_every_class_has_a_page(tmp_path: Path) -> None:
@@ -17,6 +19,15 @@ def test_every_class_has_a_page(tmp_path: Path) -> None:
         first.setdefault(entry.card.artifact_class, entry.id)
     build([], tmp_path / "site", with_models=False, step=0, only=list(first.values()))
     assert {page.stem for page in (tmp_path / "site" / "class").iterdir()} >= set(CLASSES)
+
+
+def test_every_class_lists_models_of_its_own() -> None:
+    lacking = set(CLASSES) - {"calibration", "own"}
+    for entry in scenes():
+        name = entry.card.artifact_class
+        if name in lacking and own_models(name, read_scene(entry.id, entry.defaults)):
+            lacking.remove(name)
+    assert not lacking
 
 
 def test_every_rule_has_a_formula() -> None:
