@@ -20,9 +20,9 @@ def models(scene: Scene) -> Iterator[Model]:
     """Models of any scene with a mesh: of a renderer that declares so few bits.
 
     A corner goes to the nearest point of the grid, so it moves by half a step at most along each axis of the picture;
-    what lies between corners moves by a mean of their moves. So a pixel takes a value that the picture has within half a
-    step, whatever the corners are, also those that clipping makes. Where nothing has a kink there it lies between
-    those at the corners of that square. Textures have kinks, between any two texels: of them the square's sides are
+    what lies between corners moves by a mean of their moves. So a pixel takes a value that the picture has within half
+    a step, whatever the corners are, also those that clipping makes. Where nothing has a kink, that value lies between
+    those at the corners of this square. Textures have kinks between their texels: of them the sides of the square are
     looked at in quarters.
     """
     if next(scene.meshes, None) is None:
