@@ -33,8 +33,9 @@ def _snapped(points: Floats, camera: Camera, size: Any, bits: int) -> Floats:
 
 
 @pytest.mark.parametrize("bits", BITS)
-def test_a_snapped_picture_lies_between_those_that_are_moved_by_half_a_step(studio: Any, bits: int) -> None:
-    scene = replace(studio.scene("texture/uneven_quad"), width=96, height=96)
+@pytest.mark.parametrize("name", ["texture/uneven_quad", "texture_space/wrap", "texture_space/seam"])
+def test_a_snapped_picture_lies_between_those_that_are_moved_by_half_a_step(studio: Any, name: str, bits: int) -> None:
+    scene = replace(studio.scene(name), width=96, height=96)
     model = next(made for made in models(scene) if made.when == ("subpixel_bits", str(bits)))
     bounds = np.array([raster_picture(value.edit(scene)) for value in model.values()])
     least, most = bounds.min(axis=0), bounds.max(axis=0)
@@ -42,7 +43,8 @@ def test_a_snapped_picture_lies_between_those_that_are_moved_by_half_a_step(stud
     off = np.maximum(least - picture, picture - most).max(axis=2)
     moved = np.abs(picture - plain).max(axis=2)
     assert (moved > 1e-4 * plain.max()).sum() > 200
-    assert (off > 1e-4 * plain.max()).sum() < 0.02 * (moved > 1e-4 * plain.max()).sum()  # kinks between texels
+    assert (off > 1e-4 * plain.max()).sum() < 0.002 * (moved > 1e-4 * plain.max()).sum()
+    assert off.max() < 1e-3 * plain.max()  # of kinks between texels three times as much is lost by corners alone
 
 
 def pictured(scene: Scene, bits: int = 4) -> list[Any]:
