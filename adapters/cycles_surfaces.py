@@ -149,7 +149,10 @@ class _Base:
         self.normal = self._normal(surfaces)
 
     def _normal(self, surfaces: Surfaces) -> Value | None:
-        """The map's normal in the frame of dP/du, made square to the surface's normal, and of dP/dv's side."""
+        """The map's normal in the frame of dP/du, made square to the surface's normal, and of dP/dv's side.
+
+        From behind the whole of it is turned round.
+        """
         graph = self.graph
         if self.preview["normal_map"] < 0:
             return None
@@ -162,7 +165,9 @@ class _Base:
         parts = graph.node("SeparateXYZ")
         graph.put(said, parts.inputs[0])
         x, y, z = (graph.times(axis, parts.outputs[k]) for k, axis in enumerate((tangent, across, N)))
-        return graph.unit(graph.add(graph.add(x, y), z))
+        # Cycles has turned N alone to a viewer behind the surface; a bump is a dent from there
+        side = graph.number("MULTIPLY_ADD", graph.of_node("NewGeometry", "Backfacing"), (-2.0,) * 3, (1.0,) * 3)
+        return graph.unit(graph.add(graph.times(graph.add(x, y), side), z))
 
     def highlights(self) -> list[NodeSocket]:
         """The base's highlight, by Cycles' own Fresnel where it can say it, and the clearcoat's."""

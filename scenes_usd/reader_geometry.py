@@ -174,7 +174,7 @@ def place(shape: Shape, part: Part, matrix: Floats) -> Mesh | None:
 
     linear = matrix[:3, :3]
     if turns_over(linear) != shape.left_handed:
-        order = _reversed_order(counts)
+        order = reversed_order(counts)
         corners = corners[order]
         normals = None if normals is None else normals[order]
         uv = None if uv is None else uv[order]
@@ -323,7 +323,7 @@ def _spread(
     return Values(values, at, interpolation)
 
 
-def _reversed_order(counts: Ints) -> Ints:
+def reversed_order(counts: Ints) -> Ints:
     """The permutation (c,) that turns every face round and keeps its first corner, so diagonals keep their names."""
     starts = np.repeat(np.cumsum(counts) - counts, counts)
     size = np.repeat(counts, counts)

@@ -16,6 +16,7 @@ from notabug.metrics.judge import judge
 from notabug.references.tracer.envelope import trace_picture
 from notabug.references.tracer.options import Options
 from notabug.scenes_usd.reader import read_scene
+from notabug.scenes_usd.reader_geometry import reversed_order
 from notabug.scenes_usd.scene import Scene
 
 CENTRES = Quality(samples=1)
@@ -145,6 +146,27 @@ def test_the_frame_of_cycles_is_each_triangles(stage: Any, cycles: Cycles) -> No
     assert cycles.declaration(CENTRES).tangents == "triangle"
     assert wrong("triangle") <= 3, "an edge through a pixel's centre"
     assert min(map(wrong, ("interpolated", "cotangent", "right_handed"))) > 50
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["mitsuba", "cycles"])
+def test_from_behind_a_bump_is_a_dent(name: str, stage: Any, request: pytest.FixtureRequest) -> None:
+    """The tile with its faces turned round, as its normals are: what the camera sees is its back."""
+    adapter, front = request.getfixturevalue(name), small("mirrored_uv", tile="curved")
+    (tile,) = front.meshes
+    order = reversed_order(tile.counts)
+    assert tile.normals is not None
+    assert tile.uv is not None
+    back = replace(tile, corners=tile.corners[order], normals=-tile.normals[order], uv=tile.uv[order])
+    scene = replace(front, objects=(back,))
+    drawn, meant = stage.draw(adapter, scene), height_correlated(scene) if name == "cycles" else scene
+
+    def wrong(**options: bool) -> int:
+        expected = trace_picture(meant, Options(**options))  # type: ignore[arg-type]
+        return int((np.abs(drawn - expected) > 3e-4 + 2e-3 * expected).any(axis=2).sum())
+
+    assert wrong() <= 3, "an edge through a pixel's centre"
+    assert wrong(bumps_behind=True) > 50
 
 
 @pytest.mark.slow
