@@ -38,7 +38,8 @@ from notabug.scenes_usd.triangulate import triangulate
 
 Edit = Callable[[Job, Arrays], object]
 
-_MATERIAL = tuple(field.name for field in fields(Material) if field.name not in ("path", "preview", "placing"))
+_APART = ("path", "preview", "placing", "opacity_map", "cutoff")  # told otherwise, or only where there is one
+_MATERIAL = tuple(field.name for field in fields(Material) if field.name not in _APART)
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +155,8 @@ def _material(material: Material) -> MaterialSaid:
     said = {name: getattr(material, name) for name in _MATERIAL}
     if material.preview is not None:
         said["preview"] = asdict(material.preview)
+    if material.opacity_map >= 0:
+        said |= {"opacity_map": material.opacity_map, "least_opacity": material.least_opacity}
     return cast(MaterialSaid, said)
 
 

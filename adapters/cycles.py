@@ -54,6 +54,7 @@ class Cycles:
     capabilities: frozenset[str] = frozenset(
         {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "shadows"}
         | {"orthographic", "aperture_offset", "ggx", "dielectric", "emission", "normal_map"}
+        | {"opacity_map", "cutout"}
         | {"sphere_light", "rect_light", "disk_light", "cylinder_light", "sun_light", "dome_light", "dome_texture"}
         | {"light_beam", "light_multipliers", "light_link"}
     )

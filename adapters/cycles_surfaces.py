@@ -65,14 +65,29 @@ class Surfaces:
         look.cycles.use_bump_map_correction = self.job["bump_correction"]
         look.cycles.emission_sampling = "NONE"
         shown = self._surface(graph, said, part, light)
-        if said["opacity"] < 1.0:
+        opacity = self._opacity(graph, said)
+        if opacity != self.nodes.ONE:
             mixture = graph.node("MixShader")
-            mixture.inputs[0].default_value = said["opacity"]
+            graph.put(opacity, mixture.inputs[0])
             graph.put(graph.node("BsdfTransparent").outputs[0], mixture.inputs[1])
             graph.put(shown, mixture.inputs[2])
             shown = mixture.outputs[0]
         graph.put(shown, graph.node("OutputMaterial").inputs["Surface"])
         return look
+
+    def _opacity(self, graph: Graph, said: MaterialSaid) -> Value:
+        """How much of the surface is there: the red of its map, of which all channels are alike, or a constant."""
+        opacity = said["opacity"]
+        index = said.get("opacity_map", -1)
+        if index < 0:
+            return opacity, opacity, opacity
+        parts = graph.node("SeparateColor")
+        graph.put(self._looked_up(graph, index, self.nodes.ONE), parts.inputs[0])
+        least = said.get("least_opacity", 0.0)
+        if not least:
+            return cast("NodeSocket", parts.outputs[0])
+        below = graph.number("LESS_THAN", parts.outputs[0], (least,) * 3)
+        return graph.number("SUBTRACT", self.nodes.ONE, below)
 
     def _surface(self, graph: Graph, said: MaterialSaid, part: Part, light: LightSaid | None) -> NodeSocket:
         preview = _preview(said)

@@ -30,7 +30,7 @@ KEYS = (*_HINTS, *OF_NUMBERS, "pixels", "encoding", "capabilities", "not_togethe
 CAPABILITIES = frozenset(
     {"mesh", "sphere", "normals", "uv", "texture", "point_light", "distant_light", "opacity", "phong", "blinn"}
     | {"cosine_weighted", "coloured_highlight", "mirror", "transmission", "shadows", "orthographic", "aperture_offset"}
-    | {"ggx", "dielectric", "emission", "normal_map"}
+    | {"ggx", "dielectric", "emission", "normal_map", "opacity_map", "cutout"}
     | {"sphere_light", "rect_light", "disk_light", "cylinder_light", "sun_light", "dome_light"}
     | {"dome_texture", "light_beam", "light_multipliers", "light_link"}
 )
@@ -41,6 +41,8 @@ _UNSAID = CAPABILITIES - {
     "dielectric",
     "emission",
     "normal_map",
+    "opacity_map",
+    "cutout",
     "sphere_light",
     "rect_light",
     "disk_light",

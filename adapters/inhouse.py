@@ -68,7 +68,7 @@ class InHouse:
             "orthographic",
             "aperture_offset",
         }
-        | {"ggx", "dielectric", "emission", "normal_map"}
+        | {"ggx", "dielectric", "emission", "normal_map", "opacity_map", "cutout"}
         | {"sphere_light", "rect_light", "disk_light", "cylinder_light", "sun_light", "dome_light"}
         | {"dome_texture", "light_beam", "light_multipliers", "light_link"}
     )

@@ -71,7 +71,14 @@ class Look(TypedDict):
     opacity: float
 
 
-class MaterialSaid(Look):
+class Clear(TypedDict):
+    """Of a material with a map of opacity: the texture, and what it says at least where the surface is whole, or 0."""
+
+    opacity_map: NotRequired[int]
+    least_opacity: NotRequired[float]
+
+
+class MaterialSaid(Look, Clear):
     preview: NotRequired[dict[str, object]]
 
 
@@ -176,7 +183,7 @@ class MitsubaPreview(TypedDict):
     normal_map: int
 
 
-class MitsubaLook(Look):
+class MitsubaLook(Look, Clear):
     scripted: bool
     preview: MitsubaPreview | None
 

@@ -78,7 +78,7 @@ class Mitsuba:
             "orthographic",
             "aperture_offset",
         }
-        | {"ggx", "dielectric", "emission", "normal_map"}
+        | {"ggx", "dielectric", "emission", "normal_map", "opacity_map", "cutout"}
         | {"sphere_light", "rect_light", "disk_light", "cylinder_light", "sun_light", "dome_light", "dome_texture"}
     )
     install: str = "pip install notabug[mitsuba]"

@@ -27,8 +27,9 @@ def whitted(
 ) -> Any:
     """A BSDF of the loaded variant of Mitsuba (the module ``mi``) for the material ``look`` of a job.
 
-    ``texture`` describes the bitmap that replaces the diffuse colour, or is None; ``maps`` has those of the preview
-    surface's numbers, by name. ``one_sided``: it is black from behind, as what ``twosided`` may hold.
+    ``texture`` describes the bitmap that replaces the diffuse colour, or is None; ``maps`` has those of numbers, the
+    opacity and the preview surface's own, by name. ``one_sided``: it is black from behind, as what ``twosided`` may
+    hold.
     """
     import drjit as dr
 
@@ -36,8 +37,15 @@ def whitted(
     sides = mi.BSDFFlags.FrontSide if one_sided else mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
     bitmap = None if texture is None else mi.load_dict(texture)
     numbers = {name: mi.load_dict(each) for name, each in maps.items() if each is not None}
-    opacity = float(look["opacity"])
-    chances = _chances(look["mirror"], look["transmission"], 1.0 - opacity)
+    cut = numbers.pop("opacity", None)
+    # with a map every sample goes on straight, and brings as much as the map lets through where it met the surface
+    chances = _chances(look["mirror"], look["transmission"], 1.0 - float(look["opacity"]) if cut is None else 1.0)
+
+    def opacity(si: Any, active: Any) -> Any:
+        if cut is None:
+            return mi.Float(look["opacity"])
+        said, least = cut.eval_1(si, active), look.get("least_opacity", 0.0)
+        return dr.select(said >= least, mi.Float(1.0), mi.Float(0.0)) if least else mi.Float(said)
 
     class Whitted(mi.BSDF):  # type: ignore[misc]  # the variant is known only when it is loaded
         def __init__(self) -> None:
@@ -63,7 +71,7 @@ def whitted(
         ) -> Any:
             if one_sided:
                 active &= mi.Frame3f.cos_theta(si.wi) > 0
-            return _evaluated(dr, mi, look, bitmap, numbers, si, wo, active)
+            return _evaluated(dr, mi, look, bitmap, numbers, si, wo, active) * opacity(si, active)
 
         def sample(
             self,
@@ -73,7 +81,7 @@ def whitted(
             sample2: Any,
             active: Any = True,
         ) -> tuple[Any, Any]:
-            ray, weight = _sampled(dr, mi, look, chances, si, sample1)
+            ray, weight = _sampled(dr, mi, look, chances, si, sample1, 1.0 - opacity(si, active))
             return ray, dr.select(active, weight, 0.0)
 
         def pdf(
@@ -95,7 +103,7 @@ def whitted(
             return self.eval(ctx, si, wo, active), mi.Float(0.0)
 
         def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
-            return mi.Color3f(1.0 - opacity)
+            return mi.Color3f(1.0 - opacity(si, active))
 
         def to_string(self) -> str:
             return "Whitted[]"
@@ -126,7 +134,7 @@ def _evaluated(
     elif any(look["specular"]):
         shine = _lobe(dr, mi, look, si.wi, wo)
         value += mi.Color3f(look["specular"]) * (shine * nl if look["cosine_weighted"] else shine)
-    return dr.select(lit, value * (look["opacity"] / math.pi), 0.0)
+    return dr.select(lit, value * (1.0 / math.pi), 0.0)
 
 
 def _sampled(
@@ -136,8 +144,9 @@ def _sampled(
     chances: tuple[float, float, float],
     si: Any,
     sample1: Any,
+    rest: Any,
 ) -> tuple[Any, Any]:
-    """One of the rays that go on, chosen by ``sample1`` with ``chances``, and its weight."""
+    """One of the rays that go on, chosen by ``sample1`` with ``chances``, and its weight; ``rest`` passes straight."""
     mirror, transmission = mi.Color3f(look["mirror"]), mi.Color3f(look["transmission"])
     bs = dr.zeros(mi.BSDFSample3f)
     reflects, passes = sample1 < chances[0], sample1 >= 1.0 - chances[2]
@@ -163,7 +172,7 @@ def _sampled(
     if chances[2]:
         bs.wo = dr.select(passes, -si.wi, bs.wo)
         bs.sampled_type = dr.select(passes, mi.UInt32(+mi.BSDFFlags.Null), bs.sampled_type)
-        weight = dr.select(passes, mi.Color3f((1.0 - look["opacity"]) / chances[2]), weight)
+        weight = dr.select(passes, mi.Color3f(rest / chances[2]), weight)
     return bs, weight
 
 

@@ -147,6 +147,7 @@ def _bsdf(mi: ModuleType, look: MitsubaLook, job: MitsubaJob, arrays: Arrays) ->
         )
         maps = {name: _bitmap(mi, index, textures, arrays) for name, index in numbers.items()}
         normals = None if preview is None else _bitmap(mi, preview["normal_map"], textures, arrays)
+        maps["opacity"] = _bitmap(mi, look.get("opacity_map", -1), textures, arrays)
         settings = job["normal_maps"]
         # where mapped normals are turned to the viewer none is seen from behind; else it is black there
         one_sided = normals is not None and not settings["flip_invalid_normals"]
@@ -162,8 +163,9 @@ def _bsdf(mi: ModuleType, look: MitsubaLook, job: MitsubaJob, arrays: Arrays) ->
         shown = {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": alpha}
         shown["specular_reflectance"] = reflectance
     surface: PlugIn = {"type": "twosided", "bsdf": shown}
-    if look["opacity"] < 1.0:
-        surface = {"type": "mask", "opacity": look["opacity"], "nested": surface}
+    clear = _bitmap(mi, look.get("opacity_map", -1), textures, arrays)
+    if clear is not None or look["opacity"] < 1.0:
+        surface = {"type": "mask", "opacity": look["opacity"] if clear is None else clear, "nested": surface}
     made: mitsuba.BSDF = mi.load_dict(surface)
     return made
 

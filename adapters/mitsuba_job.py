@@ -26,6 +26,8 @@ What Mitsuba does, measured with 3.9.1, and what is written for it:
   darkens ``preview/normal_bumps`` by half a per cent and the ridges of ``normal_maps/mirrored_uv`` by a third. It takes
   N x T for the second tangent, whatever side the texture's v grows on, so faces with mirrored coordinates are a shape
   of their own, with a map whose green is turned. Mapped normals that face away from the viewer are turned.
+- A map of opacity is a bitmap that the BSDF looks up, and compares with the threshold if there is one: whether a sample
+  goes on straight is then no chance, but follows from where it meets the surface.
 - What surfaces emit is their albedo in a picture of its own (``mitsuba_bsdf.emitting``), which is added.
 - A ``sphere`` has a centre and a radius: only rotated, moved and uniformly scaled ones can be said.
 """
@@ -44,6 +46,7 @@ import numpy.typing as npt
 from notabug.adapters.base import Quality, UnsupportedError
 from notabug.adapters.job_types import (
     Arrays,
+    Clear,
     MitsubaCamera,
     MitsubaJob,
     MitsubaLook,
@@ -73,7 +76,7 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False, sided: bool = Tru
     scene = plain_wraps(scene, _draws)
     arrays: Arrays = {}
     shown = {each.material: scene.materials[each.material] for each in scene.objects}
-    transparent = any(each.opacity < 1.0 for each in shown.values())
+    transparent = any(each.is_clear for each in shown.values())
     sends_on = any(any(each.mirror) or any(each.transmission) for each in shown.values())
     follows = sends_on or (transparent and not mask)
     centres = quality.samples == 1
@@ -83,6 +86,7 @@ def job(scene: Scene, quality: Quality, *, mask: bool = False, sided: bool = Tru
     glows = any(_glows(each.preview) for each in shown.values())
     for each in shown.values():
         _check_opaque(each, follows=follows, glows=glows)
+        _check_map(each, mask=mask)
     check_lights(scene, centres=centres, mirrors=sends_on)
     looks = {str(index): _look(each, follows) for index, each in shown.items()}
     objects = [part for index in range(len(scene.objects)) for part in _object(scene, index, arrays, sided=sided)]
@@ -115,7 +119,7 @@ def write_job(document: MitsubaJob, arrays: Arrays, folder: Path, variant: str) 
 
 def _check_one_way(material: Material) -> None:
     """Raise UnsupportedError where a ray that meets ``material`` would go on along one of several at random."""
-    if any(material.mirror) + any(material.transmission) + (material.opacity < 1.0) > 1:
+    if any(material.mirror) + any(material.transmission) + material.is_clear > 1:
         raise UnsupportedError(
             "Mitsuba chooses at random which way a ray goes on from this material",
             where=material.path,
@@ -135,14 +139,28 @@ def _check_opaque(material: Material, *, follows: bool, glows: bool) -> None:
     if follows and glows:
         what = "what surfaces emit is drawn where they are seen directly"
         raise UnsupportedError(what, where=material.path, expected="no mirror, transmission or opacity in the scene")
-    if mapped and material.opacity < 1.0:
+    if mapped and material.is_clear:
         raise UnsupportedError("Mitsuba's normalmap lets no light through", where=material.path, expected="opacity 1")
+
+
+def _check_map(material: Material, *, mask: bool) -> None:
+    """Raise UnsupportedError where a map of opacity is beside rays that go on, or ``mask`` would have to cut by it."""
+    if material.opacity_map >= 0 and (any(material.mirror) or any(material.transmission)):
+        what = "a map of opacity on a surface that mirrors or is of glass"
+        raise UnsupportedError(what, where=material.path, expected="no mirror or transmission")
+    if mask and material.cutoff:
+        what = "Mitsuba's mask has no threshold"
+        raise UnsupportedError(what, where=material.path, expected="no opacityThreshold", do="leave opacity=mask out")
 
 
 def _look(material: Material, follows: bool) -> MitsubaLook:
     """A material as the child gets it; ``scripted`` where it takes the BSDF of ``mitsuba_bsdf.py``."""
     preview = material.preview
+    clear: Clear = {}
+    if material.opacity_map >= 0:
+        clear = {"opacity_map": material.opacity_map, "least_opacity": material.least_opacity}
     return {
+        **clear,
         "scripted": follows or any(material.specular) or (preview is not None and not _is_metal(preview)),
         "preview": None if preview is None else cast(MitsubaPreview, asdict(preview)),
         "diffuse": list(material.diffuse),

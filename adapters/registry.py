@@ -89,8 +89,8 @@ def needs(scene: Scene) -> frozenset[str]:
     Words: mesh, sphere, normals, uv, texture, point_light, distant_light, with a size sphere_light, rect_light,
     disk_light, cylinder_light, sun_light (distant, with an angle) and dome_light, dome_texture, light_beam,
     light_multipliers, light_link,
-    opacity, phong, blinn, cosine_weighted, coloured_highlight, mirror, transmission, orthographic,
-    aperture_offset; of a UsdPreviewSurface ggx, and
+    opacity, opacity_map and cutout (a map with a threshold), phong, blinn, cosine_weighted, coloured_highlight, mirror,
+    transmission, orthographic, aperture_offset; of a UsdPreviewSurface ggx, and
     dielectric where it is not all metal, emission, normal_map. A card may also require shadows; whether
     any fall is not looked at here, since that takes a picture: see ``requirements.shadows_fall``.
     """
@@ -131,7 +131,9 @@ def needs(scene: Scene) -> frozenset[str]:
             found.add("mirror")
         if any(material.transmission):
             found.add("transmission")
-        if material.opacity < 1.0:
+        if material.opacity_map >= 0:
+            found.add("cutout" if material.cutoff else "opacity_map")
+        elif material.opacity < 1.0:
             found.add("opacity")
     return frozenset(found)
 

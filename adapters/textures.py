@@ -132,7 +132,7 @@ def _repeated(scene: Scene, which: Callable[[Texture], bool]) -> Scene:
     for index, texture in enumerate(scene.textures):
         if not which(texture):
             continue
-        users = {place for place, material in enumerate(scene.materials) if material.texture == index}
+        users = {place for place, material in enumerate(scene.materials) if index in material.textures}
         check_alone(scene, index)
         grown = grow(texture, shown_uv(scene, index))
         objects = tuple(

@@ -66,6 +66,11 @@ GREY = shader(f"color3f inputs:diffuseColor = (0.6, 0.5, 0.4)\n        {LAMBERT}
 TEXTURED = f"color3f inputs:diffuseColor.connect = </World/Look/Texture.outputs:rgb>\n        {LAMBERT}"
 
 
+def clear_by(channel: str) -> str:
+    """Opacity from a channel of the texture."""
+    return f"float inputs:opacity.connect = </World/Look/Texture.outputs:{channel}>"
+
+
 def texture(inputs: str = "", name: str = "st", file: str = "picture.png", between: str = "") -> str:
     source = "Move" if between else "Reader"
     wrap = "" if "wrapS" in inputs else 'token inputs:wrapS = "repeat"\ntoken inputs:wrapT = "repeat"'
@@ -78,6 +83,7 @@ def texture(inputs: str = "", name: str = "st", file: str = "picture.png", betwe
         {inputs}
         float3 outputs:rgb
         float outputs:r
+        float outputs:a
     }}
     def Shader "Reader"
     {{
@@ -651,16 +657,28 @@ FEATURES = (
         "adapted",
         look=shader("float inputs:opacity = 0.5"),
     ),
+    Feature("material", "opacity map", "read", square(), look=shader(f"{clear_by('r')}\n        {LAMBERT}", texture())),
     Feature(
         "material",
-        "opacity map",
-        "adapted",
+        "cutout by the alpha of the diffuse texture",
+        "read",
         square(),
-        look=shader(f"float inputs:opacity.connect = </World/Look/Texture.outputs:r>\n        {LAMBERT}", texture()),
+        look=shader(
+            f"{clear_by('a')}\n        float inputs:opacityThreshold = 0.5\n        {TEXTURED}",
+            texture('token inputs:sourceColorSpace = "sRGB"', file="leaf.png"),
+        ),
+    ),
+    Feature(
+        "material",
+        "cutout of a glossy surface",
+        "read",
+        square(),
+        look=shader(f"{clear_by('a')}\n        float inputs:opacityThreshold = 0.5", texture(file="leaf.png")),
     ),
     Feature("material", "MaterialX beside a preview surface", "read", look=shader(LAMBERT, MTLX)),
     Feature("material", "Arnold's surface beside a preview surface", "read", look=shader(LAMBERT, ARNOLD)),
     Feature("material", "MaterialX alone", "adapted", look=ONLY_MTLX),
+    Feature("texture", "alpha that nothing is connected to", "read", square(), painted(file="leaf.png")),
     Feature("texture", "coordinates called UVMap", "read", square("UVMap"), painted(name="UVMap")),
     Feature("texture", "UsdTransform2d", "read", square(), painted(between=MOVE)),
     Feature(
@@ -702,15 +720,15 @@ FEATURES = (
 )
 
 
-def png(pixels: bytes, width: int, height: int) -> bytes:
-    """An 8-bit RGB picture."""
-    stride = 3 * width
+def png(pixels: bytes, width: int, height: int, *, alpha: bool = False) -> bytes:
+    """An 8-bit RGB picture, or RGBA."""
+    stride = (4 if alpha else 3) * width
     rows = b"".join(b"\0" + pixels[y * stride : (y + 1) * stride] for y in range(height))
 
     def chunk(name: bytes, body: bytes) -> bytes:
         return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
 
-    header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+    header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 6 if alpha else 2, 0, 0, 0))
     return b"\x89PNG\r\n\x1a\n" + header + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
 
 
@@ -718,6 +736,7 @@ def write(folder: Path) -> dict[str, Path]:
     """Every feature's file in ``folder``, by the feature's name."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "picture.png").write_bytes(png(bytes(range(40, 88)), 4, 4))
+    (folder / "leaf.png").write_bytes(png(bytes(range(10, 250, 15)), 2, 2, alpha=True))
     files = {}
     for number, feature in enumerate(FEATURES, 1):
         for name, text in feature.files.items():

@@ -53,6 +53,7 @@ class Picture:
     opaque : there is no alpha, or it is 1 everywhere.
     stored : the file's number format: uint8, half, float ...
     lossy : the coding, where it loses more than a step.
+    alpha : (h, w) as stored, where it was asked for and there is any.
     """
 
     pixels: Pixels
@@ -66,6 +67,7 @@ class Picture:
     opaque: bool = True
     stored: str = "float"
     lossy: Lossy | None = None
+    alpha: Pixels | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,8 +130,8 @@ def read_header_here(path: Path, layer: str = "") -> Header:
     return Header(width, height, len(chosen.indices), numbers.quantum, numbers.relative, numbers.shared)
 
 
-def read_picture(path: Path, *, layer: str = "", srgb: bool = False) -> Picture:
-    """Read the picture in ``path`` as a viewer shows it.
+def read_picture(path: Path, *, layer: str = "", srgb: bool = False, with_alpha: bool = False) -> Picture:
+    """Read the picture in ``path`` as a viewer shows it, or ``with_alpha`` its colours and its alpha as stored.
 
     ``layer`` names the layer or part that is meant where the file has several; without it ``picture_layers`` chooses.
     One channel is repeated to three. The display window is taken: pixels outside the data window are 0, pixels of the
@@ -144,14 +146,14 @@ def read_picture(path: Path, *, layer: str = "", srgb: bool = False) -> Picture:
     """
     _check_there(path)
     if is_little_work(path):
-        return read_picture_here(path, layer=layer, srgb=srgb)
-    read = read_by_child(path, layer, srgb, header=False)
+        return read_picture_here(path, layer=layer, srgb=srgb, with_alpha=with_alpha)
+    read = read_by_child(path, layer, srgb, header=False, with_alpha=with_alpha)
     lossy = None if read["lossy"] is None else Lossy(**read["lossy"])
     texts = {name: tuple(read[name]) for name in ("judged", "notes")}
     return Picture(**{**read, **texts, "lossy": lossy})
 
 
-def read_picture_here(path: Path, *, layer: str = "", srgb: bool = False) -> Picture:
+def read_picture_here(path: Path, *, layer: str = "", srgb: bool = False, with_alpha: bool = False) -> Picture:
     """``read_picture`` in this process, whatever work it is."""
     source = _open(path)
     try:
@@ -176,7 +178,7 @@ def read_picture_here(path: Path, *, layer: str = "", srgb: bool = False) -> Pic
     if srgb:
         pixels = decode_srgb(pixels).astype(np.float32)
     opaque = bool((alpha == 1.0).all())
-    if not opaque and spec.get_int_attribute("oiio:UnassociatedAlpha", 0):
+    if not opaque and not with_alpha and spec.get_int_attribute("oiio:UnassociatedAlpha", 0):
         pixels, numbers, said = _over_black(pixels, alpha, numbers)
         notes += said
     exposure = spec.get_float_attribute("hdr:exposure", 1.0)
@@ -196,6 +198,7 @@ def read_picture_here(path: Path, *, layer: str = "", srgb: bool = False) -> Pic
         opaque,
         chosen.stored,
         lossy_of(spec, chosen.kind, chosen.stored, path),
+        np.ascontiguousarray(alpha[:, :, 0]) if with_alpha and alpha.shape[2] else None,
     )
 
 

@@ -1,7 +1,8 @@
 """Pictures that are much work, or of formats whose work is not known, are read in a child with limits.
 
 ``python -P -m notabug.scenes_usd.picture_child REQUEST`` reads what the JSON file REQUEST asks for, and beside it
-writes the answer: ``answer.json``, a Picture's or a Header's fields or the parts of an error, and ``pixels.npy``.
+writes the answer: ``answer.json``, a Picture's or a Header's fields or the parts of an error, and the
+arrays as files of their own.
 """
 
 from __future__ import annotations
@@ -25,14 +26,15 @@ from notabug.scenes_usd.temporary import end_with, temporary_folder
 SECONDS = 20  # of processor time
 MEMORY = 2 << 30  # bytes of address space, beside what the program itself maps
 _PROGRAM = 2 << 30  # bytes that Python and the libraries map, most of them never used
+_ARRAYS = ("pixels", "alpha")  # of a picture, each in a file of its own
 _PARTS = ("what", "where", "expected", "got", "do")
 
 
-def read_by_child(path: Path, layer: str, srgb: bool, header: bool) -> dict[str, Any]:
+def read_by_child(path: Path, layer: str, srgb: bool, header: bool, with_alpha: bool = False) -> dict[str, Any]:
     """The fields of the Picture, or Header, in the file at ``path``; raises PictureError."""
     with temporary_folder() as folder:
         request = {"path": str(path.resolve()), "layer": layer, "srgb": srgb, "header": header, "where": str(path)}
-        request["parent"] = os.getpid()
+        request |= {"parent": os.getpid(), "with_alpha": with_alpha}
         (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
         command = [sys.executable, "-P", "-m", "notabug.scenes_usd.picture_child", str(folder / "request.json")]
         ended = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
@@ -50,7 +52,9 @@ def read_by_child(path: Path, layer: str, srgb: bool, header: bool) -> dict[str,
             parts = dict(zip(_PARTS, answer["error"], strict=True))
             raise PictureError(parts.pop("what"), **parts)
         if not header:
-            answer["pixels"] = np.load(folder / "pixels.npy", allow_pickle=False)
+            for name in _ARRAYS:
+                file = folder / f"{name}.npy"
+                answer[name] = np.load(file, allow_pickle=False) if file.is_file() else None
         return answer
 
 
@@ -74,9 +78,12 @@ def main(request: Path) -> None:
         if asked["header"]:
             answer = asdict(read_header_here(path, asked["layer"]))
         else:
-            picture = read_picture_here(path, layer=asked["layer"], srgb=asked["srgb"])
-            np.save(request.parent / "pixels.npy", picture.pixels)
-            answer = {each.name: getattr(picture, each.name) for each in fields(picture) if each.name != "pixels"}
+            how = {name: asked[name] for name in ("layer", "srgb", "with_alpha")}
+            picture = read_picture_here(path, **how)
+            for name in _ARRAYS:
+                if getattr(picture, name) is not None:
+                    np.save(request.parent / f"{name}.npy", getattr(picture, name))
+            answer = {each.name: getattr(picture, each.name) for each in fields(picture) if each.name not in _ARRAYS}
             answer["lossy"] = None if picture.lossy is None else asdict(picture.lossy)
             answer["metadata"] = dict(picture.metadata)
     except PictureError as error:

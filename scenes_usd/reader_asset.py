@@ -15,10 +15,10 @@ from notabug.scenes_usd.temporary import temporary_folder
 Space = Literal["raw", "sRGB"]
 
 
-def read_asset(name: str) -> Picture:
-    """A picture file, also one inside a .usdz package."""
+def read_asset(name: str, *, with_alpha: bool = False) -> Picture:
+    """A picture file, also one inside a .usdz package; ``with_alpha`` as for read_picture."""
     if not Ar.IsPackageRelativePath(name):
-        return read_picture(Path(name))
+        return read_picture(Path(name), with_alpha=with_alpha)
     asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(name))
     if not asset:
         raise PictureError("cannot be opened in its package", where=name)
@@ -26,12 +26,17 @@ def read_asset(name: str) -> Picture:
     with temporary_folder() as folder:
         copy = folder / f"texture{Path(inner).suffix}"
         copy.write_bytes(asset.GetBuffer())
-        return read_picture(copy)
+        return read_picture(copy, with_alpha=with_alpha)
 
 
 def exact_pixels(picture: Picture) -> Floats:
-    """The pixels (h, w, 3) as float64: of whole numbers the exact fractions, without the float32 they came through."""
+    """The pixels (h, w, 3), with alpha if it was read (h, w, 4), as float64.
+
+    Of whole numbers they are the exact fractions, without the float32 they came through.
+    """
     pixels: Floats = picture.pixels.astype(np.float64)
+    if picture.alpha is not None:
+        pixels = np.concatenate([pixels, picture.alpha[..., None].astype(np.float64)], axis=2)
     if picture.quantum in (1 / 255, 1 / 65535):
         return np.asarray(np.rint(pixels / picture.quantum) / round(1 / picture.quantum))
     return pixels

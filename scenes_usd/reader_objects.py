@@ -123,9 +123,9 @@ class Drawing:
         return made
 
     def _check_unmapped(self, prim: Usd.Prim, index: int) -> None:
-        """Refuse maps of roughness, normals and the like on a sphere, which has no coordinates to look them up at."""
+        """Refuse maps of roughness, opacity and the like on a sphere, which has no coordinates to look them up at."""
         material = self.materials.found[index]
-        if material.preview is None or not material.textures:
+        if (material.preview is None and material.opacity_map < 0) or not material.textures:
             return
         refuse(
             fault(

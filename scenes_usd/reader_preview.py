@@ -102,14 +102,52 @@ class _Reader:
         return index
 
 
+@dataclass(frozen=True, slots=True)
+class Opacity:
+    """A shader's opacity: a constant, or a map, an index of a texture, and the cutoff that cuts it, or 0."""
+
+    value: float = 1.0
+    map: int = -1
+    cutoff: float = 0.0
+
+    @property
+    def fades(self) -> bool:
+        """Whether the surface may be neither whole nor gone."""
+        return 0.0 < self.value < 1.0 or (self.map >= 0 and not self.cutoff)
+
+
 def preview_of(
-    inputs: Inputs, textures: Textures, painted: Coordinates | None, opacity: float
-) -> tuple[Preview | None, Coordinates]:
+    inputs: Inputs, textures: Textures, painted: Coordinates | None
+) -> tuple[Preview | None, Opacity, Coordinates]:
     """What the shader adds to its diffuse colour, None for Lambert's surface, and where its maps are looked up.
 
     ``painted``: where its diffuse colour is looked up, None where that is constant.
     """
     reader = _Reader(inputs, textures, painted or Coordinates(), mapped=painted is not None)
+    opacity = _opacity(reader)
+    found = _beside_diffuse(reader, opacity)
+    return found, opacity, reader.coordinates
+
+
+def _opacity(reader: _Reader) -> Opacity:
+    inputs = reader.inputs
+    prim, name = inputs.prim, "inputs:opacityThreshold"
+    cutoff = recovered(lambda: check_number(prim, name, inputs.constant("opacityThreshold", 0.0)), 0.0)
+    if inputs.shaded("opacity") is not None:
+        index = reader.map("opacity", "number", "float", 1.0)
+        return Opacity(map=index, cutoff=max(cutoff, 0.0)) if index >= 0 else Opacity()
+    solid = opinion(prim, "inputs:opacity", "float", 1.0)
+    value = recovered(
+        lambda: check_number(prim, "inputs:opacity", inputs.constant("opacity", 1.0, solid), low=0.0, high=1.0), 1.0
+    )
+    if cutoff > 0.0:  # a mask: what is below it is cut, the rest is opaque
+        value = 1.0 if value >= cutoff else 0.0
+    return Opacity(value)
+
+
+def _beside_diffuse(reader: _Reader, opacity: Opacity) -> Preview | None:
+    """What the shader adds to its diffuse colour, None for Lambert's surface."""
+    inputs = reader.inputs
     for name, kind, plain in (("displacement", "float", 0.0), ("normal", "normal3f", _UP)):
         if name == "normal" and inputs.shaded(name) is not None:
             continue
@@ -136,10 +174,10 @@ def preview_of(
                 where(inputs.prim, "inputs:specularColor"),
                 "black: drawn as Lambert's surface, without the reflection at grazing angles and its roughness",
             )
-        return None, reader.coordinates
+        return None
     _check_opacity(inputs, opacity)
     _tell(inputs, found)
-    return found, reader.coordinates
+    return found
 
 
 def _lobes(reader: _Reader, *, more: bool) -> Preview:
@@ -182,20 +220,20 @@ def _is_lambertian(found: Preview) -> bool:
     return found.specular_workflow and plain and found.emission_map < 0 and found.normal_map < 0
 
 
-def _check_opacity(inputs: Inputs, opacity: float) -> None:
+def _check_opacity(inputs: Inputs, opacity: Opacity) -> None:
     """Refuse a surface that lets light through its diffuse part alone: all of it fades here, or nothing."""
     said = recovered(
         lambda: checked(inputs.prim, "inputs:opacityMode", inputs.constant("opacityMode", "transparent"), "word"),
         "transparent",
     )
-    if 0.0 < opacity < 1.0 and said != "presence":
+    if opacity.fades and said != "presence":
         refuse(
             fault(
                 inputs.prim,
                 "inputs:opacity",
                 "a clear surface whose highlights do not fade",
                 expected='opacity 1, or opacityMode "presence"',
-                got=f"{opacity:g}",
+                got=f"{opacity.value:g}" if opacity.map < 0 else "a map without opacityThreshold",
                 do="notabug adapt makes it opaque",
                 mends=opinion(inputs.prim, "inputs:opacity", "float", 1.0),
             )

@@ -158,22 +158,19 @@ class Materials:
     ) -> tuple[Material, Coordinates]:
         inputs = Inputs(shader, PREVIEW_INPUTS, lenient=True, primvars=primvars)
         texture, diffuse, coordinates = self._diffuse(inputs)
-        solid = opinion(inputs.prim, "inputs:opacity", "float", 1.0)
-        opacity = recovered(
-            lambda: check_number(
-                inputs.prim, "inputs:opacity", inputs.constant("opacity", 1.0, solid), low=0.0, high=1.0
-            ),
-            1.0,
-        )
-        threshold = recovered(
-            lambda: check_number(inputs.prim, "inputs:opacityThreshold", inputs.constant("opacityThreshold", 0.0)), 0.0
-        )
-        if threshold > 0.0:  # a mask: what is below it is cut, the rest is opaque
-            opacity = 1.0 if opacity >= threshold else 0.0
         painted = coordinates if texture >= 0 else None
-        preview, coordinates = preview_of(inputs, self._textures, painted, opacity)
-        made = Material(str(material.GetPath()), diffuse, texture, opacity=opacity, preview=preview)
-        return replace(made, placing=coordinates.placing), coordinates
+        preview, opacity, coordinates = preview_of(inputs, self._textures, painted)
+        made = Material(
+            str(material.GetPath()),
+            diffuse,
+            texture,
+            opacity=opacity.value,
+            preview=preview,
+            placing=coordinates.placing,
+            opacity_map=opacity.map,
+            cutoff=opacity.cutoff,
+        )
+        return made, coordinates
 
     def _reflection(
         self, material: UsdShade.Material, shader: UsdShade.Shader, primvars: Primvars

@@ -1,7 +1,8 @@
 """UsdUVTexture to Texture: the file is found beside its layer, read once and decoded to linear.
 
 What the texture model of the tracer lacks is said with what it has: scale and bias are in the texels, and a border that
-is black before a bias is a row of texels more that is clamped.
+is black before a bias is a row of texels more that is clamped. Colours are as the file has them, whatever their alpha:
+nothing is multiplied by it, and it is looked at only where something is connected to it. It is never decoded.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ _RANGES: dict[Use, tuple[float, float]] = {
     "number": (0.0, 1.0),
     "normal": (-1.0, 1.0),
 }
-_CHANNELS = {"outputs:r": 0, "outputs:g": 1, "outputs:b": 2}
+_CHANNELS = {"outputs:r": 0, "outputs:g": 1, "outputs:b": 2, "outputs:a": 3}
+_ALPHA = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,18 +162,15 @@ def _load(shader: UsdShade.Shader, look: _Look) -> tuple[Texture, Floats, Floats
     """The texture, and what its coordinates are moved by: uv @ matrix (2, 2) + offset (2,)."""
     prim = shader.GetPrim()
     if not look.name:
-        colour = np.array(_four(shader, "fallback", (0.0, 0.0, 0.0, 1.0)))[None, None, :3]
-        if look.channel >= 0:
-            colour = np.repeat(colour[..., look.channel, None], 3, axis=2)
+        colour = _shown(np.array(_four(shader, "fallback", (0.0, 0.0, 0.0, 1.0)))[None, None], look)
         return Texture(Path("fallback"), colour), np.eye(2), np.zeros(2)
     linear, space = _texels(prim, look)
-    scale, bias = np.array(look.scale[:3]), np.array(look.bias[:3])
     wraps: list[Wrap] = []
     matrix, offset = np.eye(2), np.zeros(2)
     for axis, wrap in ((1, look.wrap_s), (0, look.wrap_t)):
         here = 1 - axis  # the coordinate that runs along this axis of the picture
         size = linear.shape[axis]
-        lifted = wrap == "black" and any(look.bias[:3])  # the bias lifts what is beyond the border, too
+        lifted = wrap == "black" and any(look.bias)  # the bias lifts what is beyond the border, too
         if lifted:
             margin = [(0, 0), (0, 0), (0, 0)]
             margin[axis] = (1, 1)
@@ -179,10 +178,8 @@ def _load(shader: UsdShade.Shader, look: _Look) -> tuple[Texture, Floats, Floats
             matrix[here, here], offset[here] = size / (size + 2), 1 / (size + 2)
         wraps.append("clamp" if lifted else wrap)
     if not look.is_plain:
-        linear = linear * scale + bias
+        linear = _shown(linear * np.array(look.scale) + np.array(look.bias), look)
         low, high = _RANGES[look.use]
-        if look.channel >= 0:
-            linear = np.repeat(linear[..., look.channel, None], 3, axis=2)
         if linear.min() < low - ROUNDED or linear.max() > high + ROUNDED:
             name = "inputs:scale" if look.scale != (1.0,) * 4 else "inputs:bias"
             got = f"{linear.min():g} to {linear.max():g}"
@@ -192,15 +189,23 @@ def _load(shader: UsdShade.Shader, look: _Look) -> tuple[Texture, Floats, Floats
         linear = np.clip(linear, low, high)
     # texels that are no longer the file's have no file: what writes the scene writes them
     path = Path(look.name) if look.is_plain else Path(f"{Path(look.name).stem}-as-drawn")
-    texture = Texture(path, np.ascontiguousarray(linear), wraps[0], wraps[1], space)
+    texture = Texture(path, np.ascontiguousarray(linear[..., :3]), wraps[0], wraps[1], space)
     return texture, matrix, offset
 
 
+def _shown(texels: Floats, look: _Look) -> Floats:
+    """Of ``texels`` (h, w, 4) the colours (h, w, 3), or three times the channel that is looked at."""
+    return texels[..., :3] if look.channel < 0 else np.repeat(texels[..., look.channel, None], 3, axis=2)
+
+
 def _texels(prim: Usd.Prim, look: _Look) -> tuple[Floats, Literal["raw", "sRGB"]]:
-    """The file's pixels (h, w, 3), linear, and the colour space that they were decoded from."""
+    """The file's pixels (h, w, 4), linear, and the colour space that they were decoded from.
+
+    Alpha is 1 where the file has none, as the specification says.
+    """
     name, space = look.name, look.space
     try:
-        picture = read_asset(name)
+        picture = read_asset(name, with_alpha=True)
     except PictureError as error:
         raise SceneError(
             error.what,
@@ -209,27 +214,21 @@ def _texels(prim: Usd.Prim, look: _Look) -> tuple[Floats, Literal["raw", "sRGB"]
             got=error.got or name,
             do=error.do,
         ) from error
-    if not picture.opaque:
-        raise fault(
-            prim,
-            "inputs:file",
-            "textures with alpha are not supported",
-            expected="no alpha, or one that is 1 everywhere",
-            got=f"{picture.channels} channels with alpha below 1",
-            do="store the texture without alpha, and opacity in the material",
-        )
     if space == "auto":
         space = automatic_space(picture)
-        if space == "sRGB" and look.use in ("number", "normal"):
+        if space == "sRGB" and look.use in ("number", "normal") and look.channel != _ALPHA:
             what = f"not said: a {look.use} of eight bits is decoded as sRGB, as the specification has it"
             note("approximated", where(prim, "inputs:sourceColorSpace"), what)
     pixels = exact_pixels(picture)
+    if pixels.shape[2] == _ALPHA:
+        pixels = np.concatenate([pixels, np.ones((*pixels.shape[:2], 1))], axis=2)
     low, high = _RANGES[look.use]
-    if not (np.isfinite(pixels).all() and pixels.min() >= low - ROUNDED and pixels.max() <= high + ROUNDED):
+    used = _shown(pixels, look)
+    if not (np.isfinite(used).all() and used.min() >= low - ROUNDED and used.max() <= high + ROUNDED):
         raise fault(prim, "inputs:file", "texels out of range", expected=f"{low:g} to {high:g}", got=name)
     pixels = np.clip(pixels, low, high)
-    if space == "sRGB":
-        return decode_srgb(pixels), "sRGB"
+    if space == "sRGB" and look.channel != _ALPHA:
+        return np.concatenate([decode_srgb(pixels[..., :_ALPHA]), pixels[..., _ALPHA:]], axis=2), "sRGB"
     return pixels, "raw"
 
 

@@ -95,12 +95,19 @@ class Placing:
     translation: tuple[float, float] = (0.0, 0.0)
 
 
+CUTOFF_ROUNDED = 2.0**-21
+"""Of an opacity: what four roundings to float32, of a texel, its weights and a cutoff, may move it by."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
     """Lambert plus a Phong or Blinn lobe, mirror and transmission; every colour is a (3,) tuple.
 
     Radiance = sum over lights of shadow * E * (diffuse * N.L + specular * lobe * [N.L if cosine_weighted]) / pi
     where N.L > 0, + mirror * L(reflected) + transmission * L(refracted).
+
+    ``opacity_map`` replaces ``opacity``. With a ``cutoff`` the surface is whole where the map says as much or more, and
+    elsewhere there is none.
     """
 
     path: str
@@ -120,11 +127,34 @@ class Material:
     placing: Placing | None = field(
         default=None, metadata={"left out": None}
     )  # by which the uv of its meshes are moved
+    opacity_map: int = field(default=-1, metadata={"left out": -1})  # a texture of equal channels, or -1
+    cutoff: float = field(
+        default=0.0, metadata={"left out": 0.0}
+    )  # of the map: opacityThreshold, 0 where there is none
+
+    @property
+    def fades(self) -> bool:
+        """Whether what lies behind may show through the surface itself: it is clear, not cut."""
+        return self.opacity < 1 or (self.opacity_map >= 0 and not self.cutoff)
 
     @property
     def textures(self) -> frozenset[int]:
         """The textures that it shows."""
-        return frozenset({self.texture, *(self.preview.maps if self.preview else ())} - {-1})
+        maps = self.preview.maps if self.preview else ()
+        return frozenset({self.texture, self.opacity_map, *maps} - {-1})
+
+    @property
+    def least_opacity(self) -> float:
+        """What the map must say at least where the surface is whole: the cutoff, less a rounding; 0 without one.
+
+        Texels and the cutoff are rounded to float32, by a file or a renderer: 128 of 255 is as much as 0.5019608.
+        """
+        return self.cutoff * (1.0 - CUTOFF_ROUNDED)
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether the surface is not opaque everywhere."""
+        return self.opacity < 1 or self.opacity_map >= 0
 
     def renumbered(self, shown: Sequence[int]) -> Material:
         """The material among the textures ``shown`` alone, by their places there."""
@@ -135,12 +165,13 @@ class Material:
             preview = replace(
                 preview, metallic_map=metallic, roughness_map=roughness, emission_map=emission, normal_map=normal
             )
-        return replace(self, texture=places.get(self.texture, -1), preview=preview)
+        texture, opacity_map = (places.get(index, -1) for index in (self.texture, self.opacity_map))
+        return replace(self, texture=texture, opacity_map=opacity_map, preview=preview)
 
     @property
     def sends_on(self) -> bool:
         """Whether rays go on from the surface: it mirrors, or lets light through."""
-        return any(self.mirror) or any(self.transmission) or self.opacity < 1
+        return any(self.mirror) or any(self.transmission) or self.is_clear
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)

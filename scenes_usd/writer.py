@@ -218,10 +218,14 @@ def _material(stage: Usd.Stage, material: Material, files: list[tuple[str, Textu
         say("metallic", types.Float, 0.0)
     else:
         _preview(stage, material.path, shader, surface, files)
-    if material.opacity < 1.0:
+    if material.opacity_map >= 0:
+        source = _texture(stage, material.path, *files[material.opacity_map], name="Opacity", output="r")
+        shader.CreateInput("opacity", types.Float).ConnectToSource(source)
+        say("opacityThreshold", types.Float, material.cutoff)
+    elif material.opacity < 1.0:
         say("opacity", types.Float, material.opacity)
-        if surface is not None:
-            say("opacityMode", types.Token, "presence")
+    if material.is_clear and surface is not None:
+        say("opacityMode", types.Token, "presence")
     made.CreateSurfaceOutput().ConnectToSource(shader.CreateOutput("surface", types.Token))
 
 

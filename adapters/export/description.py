@@ -20,7 +20,8 @@ VERSION = 1
 SPLIT: Literal["02"] = "02"  # the diagonal by which n-gons are cut where a format has only triangles
 
 
-_MATERIAL = tuple(each.name for each in fields(Material) if each.name not in ("path", "preview", "placing"))
+_APART = ("path", "preview", "placing", "opacity_map", "cutoff")  # told otherwise, or only where there is one
+_MATERIAL = tuple(each.name for each in fields(Material) if each.name not in _APART)
 
 
 def describe(scene: Scene) -> dict[str, object]:
@@ -94,6 +95,8 @@ def _links(light: Light, scene: Scene) -> dict[str, object]:
 
 def _material(material: Material) -> dict[str, object]:
     said = {name: getattr(material, name) for name in _MATERIAL}
+    if material.opacity_map >= 0:
+        said |= {"opacity_map": material.opacity_map, "cutoff": material.cutoff}
     return said if material.preview is None else {**said, "preview": asdict(material.preview)}
 
 

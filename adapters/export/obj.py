@@ -68,6 +68,8 @@ def _material(index: int, material: Material) -> str:
     lines += [f"Ns {material.exponent!r}", f"d {material.opacity!r}", f"Ni {material.ior!r}", "illum 2"]
     if material.texture >= 0:
         lines.append(f"map_Kd {texture_name(material.texture, '.png')}")
+    if material.opacity_map >= 0:
+        lines.append(f"map_d {texture_name(material.opacity_map, '.png')}")
     return "\n".join(lines) + "\n"
 
 

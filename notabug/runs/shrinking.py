@@ -218,6 +218,10 @@ def _plainer(material: Material) -> Iterator[Callable[[Material], Material]]:
     for name in ("specular", "mirror", "transmission"):
         if any(getattr(material, name)):
             yield lambda each, name=name: replace(each, **{name: black})  # type: ignore[misc]
+    if material.opacity_map >= 0:
+        yield lambda each: replace(each, opacity_map=-1, cutoff=0.0)
+        if material.cutoff:
+            yield lambda each: replace(each, cutoff=0.0)
     if material.opacity < 1.0:
         yield lambda each: replace(each, opacity=1.0)
         yield lambda each: replace(each, opacity=SIMPLE)

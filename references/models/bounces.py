@@ -14,7 +14,7 @@ _CITES = "Whitted 1980, section 3; POV-Ray 3.7 documentation: max_trace_level, 5
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with mirrors, glass or surfaces with opacity; those that end paths late come first."""
     bends = any(any(material.mirror) or any(material.transmission) for material in scene.materials)
-    sheets = any(material.opacity < 1 for material in scene.materials)
+    sheets = any(material.fades for material in scene.materials)
     for n in reversed(range(CONTRACT)):
         followed = f"at most {n} bounces are followed" if n > 1 else "one bounce is followed"
         if n == 0:

@@ -18,11 +18,11 @@ LARGEST = 0.5  # pixels: an epsilon of more detaches shadows that are seen
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with lights and surfaces that let something through."""
     glass = any(any(material.transmission) for material in scene.materials)
-    if not scene.lights or not (glass or any(material.opacity < 1 for material in scene.materials)):
+    if not scene.lights or not (glass or any(material.fades for material in scene.materials)):
         return
     if scene.objects:
         yield from _crossings(scene)
-    if any(material.opacity < 1 for material in scene.materials):
+    if any(material.fades for material in scene.materials):
         yield Model(
             name="opaque_shadow",
             kind="convention",

@@ -139,6 +139,12 @@ Scene<T> scene_of(const py::handle& flat) {
         scene.previews.maps = field_of<std::int32_t, PreviewMaps>(previews, "maps", materials.count);
         if (flat.attr("secondary").is_none()) throw py::value_error("previews: expected coefficients beside them");
     }
+    if (const py::object cutouts = flat.attr("cutouts"); !cutouts.is_none()) {
+        scene.cutouts.map = field_of<std::int32_t>(cutouts, "map", materials.count);
+        scene.cutouts.least = field_of<T>(cutouts, "least", materials.count);
+        if (flat.attr("secondary").is_none() || flat.attr("textures").is_none())
+            throw py::value_error("cutouts: expected coefficients and textures beside them");
+    }
     if (const py::object tangents = flat.attr("tangents"); !tangents.is_none()) {
         const auto found = rows<T, Vec3<T>>(tangents, "tangents");
         if (found.count != normals.count) throw py::value_error("tangents: not as many as there are normals");

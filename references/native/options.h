@@ -93,6 +93,8 @@ struct Options {
     bool light_grid_shared = false;
     bool light_uncosined = false;
     double shadow_lift = 0.0;
+    bool whole_cutouts = false;
+    bool associated = false;
 };
 
 }  // namespace notabug

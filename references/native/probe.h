@@ -58,7 +58,12 @@ struct Record {
         each.spared = each.spared || through.forgiven;
         const int face = ray.triangle >= 0 && ray.leaves ? scene.face[ray.triangle] : -1;
         T nearest_t = std::min(ray.tmax, each.blocked_at);
-        const Hit<T> hit = closest(scene, ray.ray, ray.tmin, nearest_t, face);
+        Hit<T> hit{};
+        if constexpr (F::cutouts) {
+            hit = closest(scene, ray.ray, ray.tmin, nearest_t, face, Uncut<T, F>{scene, *ray.option, ray.ray});
+        } else {
+            hit = closest(scene, ray.ray, ray.tmin, nearest_t, face);
+        }
         if (hit.triangle >= 0) each.blocker = scene.object[hit.triangle], each.blocked_at = nearest_t = hit.t;
         if constexpr (F::spheres) {
             const Hit<T> ball = closest_sphere(scene.spheres, ray.ray, ray.tmin, nearest_t, ray.sphere);

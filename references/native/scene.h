@@ -179,6 +179,13 @@ struct Previews {
     const PreviewMaps* maps = nullptr;
 };
 
+// Opacity from textures: see cutout.h.
+template <class T>
+struct Cutouts {
+    const std::int32_t* map = nullptr;  // of each material, or -1; null where none has one
+    const T* least = nullptr;           // what the map must say where the surface is whole; 0: it says how much is there
+};
+
 template <class T>
 struct Leaf;
 
@@ -217,16 +224,19 @@ struct Scene {
     Lobes<T> lobes;
     const Coefficients<T>* secondary = nullptr;  // of each material, where any sends rays on
     Previews<T> previews;                        // of each material, where any is such a surface
+    Cutouts<T> cutouts;
     const Vec3<T>* tangent = nullptr;            // of each face corner, where any surface has a normal map
 };
 
 // What a scene has, known when this is compiled: what it lacks then costs nothing.
-template <bool has_spheres, bool has_secondary, bool has_previews = false, bool has_emitters = false>
+template <bool has_spheres, bool has_secondary, bool has_previews = false, bool has_emitters = false,
+          bool has_cutouts = false>
 struct Features {
     static constexpr bool spheres = has_spheres;
     static constexpr bool secondary = has_secondary;
     static constexpr bool previews = has_previews;
     static constexpr bool emitters = has_emitters;
+    static constexpr bool cutouts = has_cutouts;
 };
 
 }  // namespace notabug

@@ -1,6 +1,9 @@
 // How much light reaches a point: shadow rays, what they pass through, and the shadows of a mesh's own facets.
 #pragma once
 
+#include <array>
+
+#include "cutout.h"
 #include "options.h"
 #include "traverse.h"
 
@@ -18,6 +21,29 @@ inline Vec3<T> let_through(const Scene<T>& scene, int material, TransparentShado
         const T rest = T(1) - c.opacity;
         const Vec3<T> every{rest, rest, rest};
         return transparent == TransparentShadows::glass ? every + c.transmission : every;
+    }
+}
+
+// 1 - the opacity of triangle `i` where the shadow ray meets it, in `through`; and in `steady` that, but a half wherever a
+// map's opacity is between 0 and 1: what changes between the points of a smooth shadow is no edge.
+//
+// What is cut away is no surface, and casts no shadow however `transparent` surfaces do; `whole` is the fault of asking no
+// map. False where no map says it.
+template <class T, class F>
+inline bool cut_through([[maybe_unused]] const Scene<T>& scene, [[maybe_unused]] const Options* option,
+                        [[maybe_unused]] const Ray<T>& ray, [[maybe_unused]] int i, [[maybe_unused]] const Met<T>& met,
+                        [[maybe_unused]] Vec3<T>& through, [[maybe_unused]] T& steady) {
+    if constexpr (!F::cutouts) {
+        return false;
+    } else {
+        const int material = scene.material[scene.object[i]];
+        if (!has_map(scene, material)) return false;
+        T rest = T(1) - opacity_met(scene, *option, ray, i, met);
+        const bool is_cut = scene.cutouts.least[material] > 0;
+        if (is_cut ? option->whole_cutouts : option->transparent_shadows == TransparentShadows::opaque) rest = 0;
+        through = {rest, rest, rest};
+        steady = rest > 0 && rest < 1 ? T(0.5) : rest;
+        return true;
     }
 }
 
@@ -86,6 +112,7 @@ struct ShadowRay {
     T gap;
     GapLoses gap_loses;
     const std::uint8_t* links = nullptr;  // of the light to each object, where there are any
+    const Options* option = nullptr;      // for maps of opacity
 
     // Whether the object casts no shadow of this light.
     template <class F>
@@ -99,6 +126,7 @@ template <class T>
 struct LightShare {
     Vec3<T> share;  // of the light that arrives
     bool forgiven;
+    T steady = 0;  // the mean of the share, a half for each map of opacity that is neither 0 nor 1: see cut_through
 };
 
 // As transmittance, from one crossing to the next: of those within the gap of the last one none counts.
@@ -114,13 +142,14 @@ LightShare<T> stepped(const Scene<T>& scene, const ShadowRay<T>& shadow, int fac
     T last = objects ? T(0) : -infinity<T>, tmin = objects ? shadow.tmin : std::max(shadow.tmin, shadow.gap);
     bool forgiven = false;
     int lost = -1;
+    T steady = 1;
     while (true) {
         Hit<T> hit = closest(scene, ray, tmin, shadow.tmax, face);
         if constexpr (F::spheres) {
             const Hit<T> ball = closest_sphere(scene.spheres, ray, tmin, hit.t, shadow.sphere);
             if (ball.sphere >= 0) hit = ball;
         }
-        if (hit.triangle < 0 && hit.sphere < 0) return {light, forgiven};
+        if (hit.triangle < 0 && hit.sphere < 0) return {light, forgiven, steady};
         int owner = 0;
         if (hit.triangle >= 0) {
             owner = scene.object[hit.triangle];
@@ -143,12 +172,35 @@ LightShare<T> stepped(const Scene<T>& scene, const ShadowRay<T>& shadow, int fac
             last = tmin = hit.t;
             continue;
         }
-        light = mul(light, let_through<T, F>(scene, scene.material[owner], shadow.transparent));
+        Vec3<T> through;
+        T mapped = 1;
+        const Met<T> met{hit.t, hit.b0, hit.b1, hit.b2};
+        if (hit.triangle < 0 || !cut_through<T, F>(scene, shadow.option, ray, hit.triangle, met, through, mapped)) {
+            through = let_through<T, F>(scene, scene.material[owner], shadow.transparent);
+            if constexpr (F::cutouts) mapped = mean(through);
+        }
+        light = mul(light, through);
+        if constexpr (F::cutouts) steady *= mapped;
         if (!any_positive(light)) return {light, false};
         last = hit.t;
         tmin = objects ? hit.t : hit.t + shadow.gap;
     }
 }
+
+// The flat faces that a ray has crossed, as many as fit: an edge between two triangles of one face is one crossing.
+struct Crossed {
+    std::array<std::int32_t, 16> face;
+    int count = 0;
+
+    // Whether `met` is there already; else it is added.
+    bool before(std::int32_t met) {
+        for (int j = 0; j < count; ++j) {
+            if (face[static_cast<std::size_t>(j)] == met) return true;
+        }
+        if (count < static_cast<int>(face.size())) face[static_cast<std::size_t>(count++)] = met;
+        return false;
+    }
+};
 
 // Each crossing of a surface with opacity attenuates by 1 - opacity, or as `transparent` has it (see let_through).
 template <class T, class F>
@@ -156,6 +208,7 @@ LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
     const Ray<T>& ray = shadow.ray;
     const Vec3<T>& L = ray.direction;
     Vec3<T> light{1, 1, 1};
+    T steady = 1;
     bool forgiven = false, own_mesh = false;
     int face = -1, owner = -1;
     Chord<T> chord{shadow.side, shadow.slope, 0};
@@ -172,6 +225,7 @@ LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
     if (scene.triangles) {
         const Walk<T> walk(scene, ray);
         bool dark = false;
+        [[maybe_unused]] Crossed crossed;
         visit_triangles(scene, walk, shadow.tmin, shadow.tmax, [&](std::int32_t i, const Met<T>& met) {
             if (!(met.t > shadow.tmin && met.t < shadow.tmax) || scene.face[i] == face) return true;
             if (shadow.culled && rises(scene.points[i], L) > 0) return true;
@@ -180,7 +234,17 @@ LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
                 forgiven = true;
                 return true;
             }
-            light = mul(light, let_through<T, F>(scene, scene.material[scene.object[i]], shadow.transparent));
+            if constexpr (F::cutouts) {
+                if (crossed.before(scene.face[i])) return true;
+            }
+            Vec3<T> through;
+            T mapped = 1;
+            if (!cut_through<T, F>(scene, shadow.option, ray, i, met, through, mapped)) {
+                through = let_through<T, F>(scene, scene.material[scene.object[i]], shadow.transparent);
+                if constexpr (F::cutouts) mapped = mean(through);
+            }
+            light = mul(light, through);
+            if constexpr (F::cutouts) steady *= mapped;
             dark = !any_positive(light);
             return !dark;
         });
@@ -193,12 +257,14 @@ LightShare<T> transmittance(const Scene<T>& scene, const ShadowRay<T>& shadow) {
             for (const T t : {roots.near, roots.far}) {
                 if (!(shadow.tmin < t && t < shadow.tmax)) continue;
                 const int material = scene.material[scene.spheres.object[i]];
-                light = mul(light, let_through<T, F>(scene, material, shadow.transparent));
+                const Vec3<T> through = let_through<T, F>(scene, material, shadow.transparent);
+                light = mul(light, through);
+                if constexpr (F::cutouts) steady *= mean(through);
             }
             if (!any_positive(light)) return {{0, 0, 0}, false};
         }
     }
-    return {light, forgiven};
+    return {light, forgiven, steady};
 }
 
 }  // namespace notabug

@@ -9,8 +9,8 @@
 #include <array>
 #include <cmath>
 
+#include "cutout.h"
 #include "options.h"
-#include "traverse.h"
 
 namespace notabug {
 
@@ -25,14 +25,15 @@ constexpr double tangent_most = 1e3;  // of the angle between a light and a surf
 
 // Whether something lies on `ray` between its start and `end`, both ends included.
 template <class T, class F>
-bool column_blocked(const Scene<T>& scene, const Ray<T>& ray, T end) {
+bool column_blocked(const Scene<T>& scene, const Options& option, const Ray<T>& ray, T end) {
     bool blocked = false;
     if (end <= 0) return false;
     if (scene.triangles) {
         const Walk<T> walk(scene, ray);
-        visit_triangles(scene, walk, T(0), end, [&](std::int32_t, const Met<T>&) {
-            blocked = true;
-            return false;
+        const Uncut<T, F> there{scene, option, ray};
+        visit_triangles(scene, walk, T(0), end, [&](std::int32_t i, const Met<T>& met) {
+            blocked = there(i, met);
+            return !blocked;
         });
     }
     if constexpr (F::spheres) {
@@ -98,7 +99,7 @@ struct MappedPoint {
             least = shift;
         }
         // a start behind the surface shifts the origin, so that all that counts lies before it
-        return column_blocked<T, F>(scene, {from + least * D, D}, std::min(most, end) - least);
+        return column_blocked<T, F>(scene, option, {from + least * D, D}, std::min(most, end) - least);
     }
 
     // Whether the point is in shadow by a map that is shifted across the light.

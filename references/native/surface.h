@@ -39,7 +39,8 @@ bool see(const Scene<T>& scene, const Options& option, const Waiting<T>& from, T
     const bool exact = option.start == Start::exact;
     int skip = exact ? from.face : -1;
     Hit<T>& hit = sight.hit;
-    hit = closest(scene, ray, tmin, far, skip);
+    const Uncut<T, F> there{scene, option, ray};
+    hit = closest(scene, ray, tmin, far, skip, there);
     while (from.beneath >= 0 && hit.triangle >= 0 && scene.object[hit.triangle] == scene.object[from.beneath]) {
         // beneath its own facet, above the smooth surface: what the ray meets there is no surface
         const T turn = rises(scene.points[from.beneath], ray.direction) <= 0 ? T(1) : T(-1);
@@ -47,7 +48,7 @@ bool see(const Scene<T>& scene, const Options& option, const Waiting<T>& from, T
         if (!excused(scene, hit.triangle, met, ray.direction, {turn, from.slope, scene.sagitta[from.beneath]})) break;
         tmin = hit.t;
         skip = scene.face[hit.triangle];
-        hit = closest(scene, ray, tmin, far, skip);
+        hit = closest(scene, ray, tmin, far, skip, there);
     }
     if constexpr (F::spheres) {
         const Hit<T> ball = closest_sphere(scene.spheres, ray, tmin, hit.t, exact ? from.sphere : -1);
@@ -70,7 +71,8 @@ bool settle(const Scene<T>& scene, const Options& option, const Ray<T>& ray, Sig
     } else {
         found = scene.object[hit.triangle];
     }
-    const Rival<T> first = rival<T, F>(scene, ray, hit.t - extent, hit.t + extent, found, -1, Other::first);
+    const Uncut<T, F> there{scene, option, ray};
+    const Rival<T> first = rival<T, F>(scene, ray, hit.t - extent, hit.t + extent, found, -1, Other::first, there);
     if (first.object >= 0 && first.object != found) hit = first.hit, found = first.object;
     if (option.ties == Ties::first) return true;
     const Vec3<T>& o = ray.origin;
@@ -80,7 +82,7 @@ bool settle(const Scene<T>& scene, const Options& option, const Ray<T>& ray, Sig
     extent += static_cast<T>(option.near_resolution) * axial * hit.t;
     const Rival<T> other = rival<T, F>(scene, ray, hit.t - extent, hit.t + extent, found,
                                        hit.triangle >= 0 ? scene.face[hit.triangle] : -1,
-                                       option.ties == Ties::next ? Other::next : Other::another);
+                                       option.ties == Ties::next ? Other::next : Other::another, there);
     if (other.object < 0) return true;
     sight.between = std::max(sight.between, std::abs(other.hit.t - hit.t));
     if (option.ties == Ties::hole) return false;

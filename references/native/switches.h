@@ -81,6 +81,8 @@ inline Options options_of(const py::handle& from) {
     to.light_grid_shared = from.attr("light_grid_shared").cast<bool>();
     to.light_uncosined = from.attr("light_uncosined").cast<bool>();
     to.shadow_lift = from.attr("shadow_lift").cast<double>();
+    to.whole_cutouts = from.attr("whole_cutouts").cast<bool>();
+    to.associated = from.attr("associated").cast<bool>();
     return to;
 }
 

@@ -21,7 +21,7 @@ void occluded(const Scene<T>& scene, const Vec3<T>* origins, const Vec3<T>* dire
               std::int64_t count, bool* blocked, int threads);
 
 // Everything that a scene may have; a record is made of one ray, and no time is saved by knowing less.
-using Everything = Features<true, true, true, true>;
+using Everything = Features<true, true, true, true, true>;
 
 // What the ray through raster position (x, y) tells.
 Record<double, Everything> probe(const Scene<double>& scene, const Options& option, std::int64_t width,

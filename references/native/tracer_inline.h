@@ -12,7 +12,9 @@ void render(const Scene<T>& scene, const Options& option, std::int64_t width, st
         using F = decltype(features);
         render_pixels<T, F>(scene, option, width, height, pixels, count, pattern, film, threads);
     };
-    if (scene.emitter) {
+    if (scene.cutouts.map) {
+        with(Features<true, true, true, true, true>{});
+    } else if (scene.emitter) {
         with(Features<true, true, true, true>{});
     } else if (scene.previews.surface) {  // such scenes have coefficients too
         with(Features<true, true, true>{});

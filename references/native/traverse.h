@@ -25,10 +25,18 @@ inline bool comes_first(const Scene<T>& scene, int i, int held) {
     return std::tie(a.a, a.b, a.c) < std::tie(b.a, b.b, b.c);
 }
 
-// The nearest triangle with tmin < t < tmax whose face is not `skip`.
+// That there is a surface wherever a triangle is met.
+struct Everywhere {
+    template <class T>
+    bool operator()(int, const Met<T>&) const {
+        return true;
+    }
+};
+
+// The nearest triangle with tmin < t < tmax whose face is not `skip`, and that is `there` where it is met.
 // Of two at exactly the same t the one that comes first in the scene wins.
-template <class T>
-Hit<T> closest(const Scene<T>& scene, const Ray<T>& ray, T tmin, T tmax, int skip) {
+template <class T, class There = Everywhere>
+Hit<T> closest(const Scene<T>& scene, const Ray<T>& ray, T tmin, T tmax, int skip, const There& there = {}) {
     Hit<T> hit{-1, -1, tmax, 1, 1, 1};
     if (scene.triangles == 0) return hit;
     const Walk<T> walk(scene, ray);
@@ -47,7 +55,7 @@ Hit<T> closest(const Scene<T>& scene, const Ray<T>& ray, T tmin, T tmax, int ski
                     const int lane = std::countr_zero(hits), i = scene.first[leaf] + lane;
                     const Met<T> here = met.at(lane, walk.frame);
                     if (here.t > tmin && here.t <= hit.t && (here.t < hit.t || comes_first(scene, i, hit.triangle)) &&
-                        scene.face[i] != skip) {
+                        scene.face[i] != skip && there(i, here)) {
                         hit = {i, -1, here.t, here.b0, here.b1, here.b2};
                         most = walk.most(hit.t);
                     }
@@ -162,9 +170,10 @@ struct Rival {
 };
 
 // Among the surfaces met between tmin and tmax the one that `other` asks for. `winner` is the object that was hit, `face`
-// its face there. Of one object's triangles the nearest counts.
-template <class T, class F>
-Rival<T> rival(const Scene<T>& scene, const Ray<T>& ray, T tmin, T tmax, int winner, int face, Other other) {
+// its face there. Of one object's triangles the nearest counts that is `there`.
+template <class T, class F, class There>
+Rival<T> rival(const Scene<T>& scene, const Ray<T>& ray, T tmin, T tmax, int winner, int face, Other other,
+               const There& there) {
     Rival<T> found{{-1, -1, tmax, 0, 0, 0}, -1};
     const bool next = other == Other::next, any = other == Other::first;
     if (scene.triangles) {
@@ -172,7 +181,7 @@ Rival<T> rival(const Scene<T>& scene, const Ray<T>& ray, T tmin, T tmax, int win
         visit_triangles(scene, walk, tmin, tmax, [&](std::int32_t i, const Met<T>& met) {
             const int mine = scene.object[i];
             if ((!any && scene.face[i] == face) || (!next && found.object >= 0 && mine > found.object)) return true;
-            if (found.object < 0 || met.t < found.hit.t || (!next && mine < found.object)) {
+            if ((found.object < 0 || met.t < found.hit.t || (!next && mine < found.object)) && there(i, met)) {
                 found = {{i, -1, met.t, met.b0, met.b1, met.b2}, mine};
             }
             return true;

@@ -127,6 +127,7 @@ struct Whitted {
                 const bool behind = option.shadows == Shadows::planes && gl * s.side <= 0;
                 const bool dark = sight.unlit || behind || acne(k, ray, hit, at, steep);
                 Vec3<T> share{1, 1, 1};
+                [[maybe_unused]] T told = 1;
                 if (dark) {
                     share = {0, 0, 0};
                 } else if (sized() && known >= 0) {
@@ -156,11 +157,15 @@ struct Whitted {
                                               option.shadow_rays == ShadowRays::culled,
                                               static_cast<T>(option.shadow_gap),
                                               option.gap_loses,
-                                              scene.links ? scene.links + k * scene.objects : nullptr};
+                                              scene.links ? scene.links + k * scene.objects : nullptr,
+                                              F::cutouts ? &option : nullptr};
                     const LightShare<T> through = transmittance<T, F>(scene, shadow);
                     share = through.share;
-                    if (!sized() && option.shadow_map != ShadowMap::none)
+                    if constexpr (F::cutouts) told = through.steady;
+                    if (!sized() && option.shadow_map != ShadowMap::none) {
                         share = mapped<T, F>(scene, option, k, s.at, N, g, share);
+                        if constexpr (F::cutouts) told = mean(share);
+                    }
                     lit.forgiven = lit.forgiven || through.forgiven;
                     if constexpr (Record::listens) {
                         if (primary && !asks) record.shadow(scene, k, shadow, through);
@@ -178,9 +183,11 @@ struct Whitted {
                     if (!sized() && here) lit.blocked |= std::uint64_t(1) << (k & 63);
                     return;
                 }
-                if (!sized() && mean(share) < 1 && here)  // the border of a transparent shadow is an edge too
+                if (!sized() && mean(share) < 1 && here) {  // the border of a transparent shadow is an edge too
+                    const T steady = F::cutouts ? told : mean(share);
                     lit.blocked += std::uint64_t(65536) * static_cast<std::uint64_t>(k + 1) *
-                                   static_cast<std::uint64_t>(nearest(static_cast<double>(mean(share)) * 1000));
+                                   static_cast<std::uint64_t>(nearest(static_cast<double>(steady) * 1000));
+                }
                 const bool mirrored = from.generation >= passages;
                 const Vec3<T> e = part * (static_cast<T>(0.3183098861837907) * (to.falloff * share));
                 // the fault of one view vector for all rays: the camera's
@@ -271,9 +278,9 @@ struct Whitted {
         return lit;
     }
 
-    // The mirror, refracted and straight rays that leave the surface; pushed onto `rays` of which `n` wait.
+    // The mirror, refracted and straight rays that leave a surface of `opacity`; pushed onto `rays` of which `n` wait.
     int send(const Waiting<T>& from, const Hit<T>& hit, const Surface<T>& s, const Departure& start,
-             const Coefficients<T>& c, Waiting<T>* rays, int n) const {
+             const Coefficients<T>& c, T opacity, Waiting<T>* rays, int n) const {
         const Vec3<T>& D = from.ray.direction;
         const Vec3<T>& N = s.normal;
         const Vec3<T>& g = s.facet;
@@ -326,9 +333,9 @@ struct Whitted {
                          low && nv > 0 ? hit.triangle : -1,
                          from.inside};
         }
-        if (c.opacity < 1 && n < waiting_rays && passed < passages - 1 && (goes_on || !option.counted_passages)) {
+        if (opacity < 1 && n < waiting_rays && passed < passages - 1 && (goes_on || !option.counted_passages)) {
             rays[n++] = {{start.at - start.beside * g, D},
-                         (T(1) - c.opacity) * from.weight,
+                         (T(1) - opacity) * from.weight,
                          from.generation + 1,
                          s.face,
                          -1,
@@ -358,6 +365,9 @@ struct Whitted {
             const Surface<T> s = surface<T, F>(scene, option, from.ray, hit);
             const int material = scene.material[s.object];
             Vec3<T> colour = albedo(scene, material, s.u, s.v, option.texels);
+            if constexpr (F::cutouts) {
+                if (option.associated) colour = unassociated(scene, material, s.u, s.v, colour, option.texels);
+            }
             if (sight.blend >= 0) colour = T(0.5) * (colour + albedo(scene, sight.blend, s.u, s.v, option.texels));
             Departure start{s.at, 0, clearance(scene, option, s.at)};
             if (option.start == Start::error_bound) {
@@ -371,7 +381,7 @@ struct Whitted {
             }
             const Lit<T> lit = lights(from, sight, s, start, material, colour, primary_view, primary);
             T opaque = 1;
-            if constexpr (F::secondary) opaque = scene.secondary[material].opacity;
+            if constexpr (F::secondary) opaque = opacity_at<T, F>(scene, material, s.u, s.v, option.texels);
             made.colour = made.colour + mul(opaque * from.weight, lit.colour);
             seen = seen * 31 + static_cast<std::uint64_t>(s.object + 1) + facing_prime * lit.facing;
             dark = dark * 31 + lit.blocked;
@@ -380,7 +390,7 @@ struct Whitted {
             if constexpr (F::emitters) {
                 if (primary) made.hidden = lit.hidden, made.open = lit.open;
             }
-            if constexpr (F::secondary) n = send(from, hit, s, start, scene.secondary[material], rays, n);
+            if constexpr (F::secondary) n = send(from, hit, s, start, scene.secondary[material], opaque, rays, n);
         }
         std::int64_t rest = static_cast<std::int64_t>(dark) % dark_prime;
         if (rest < 0) rest += dark_prime;

@@ -71,6 +71,13 @@ class Previews(NamedTuple):
     maps: Array  # (m, 4) textures, or -1
 
 
+class Cutouts(NamedTuple):
+    """Opacity from textures, per material: see Cutouts of references/native/scene.h."""
+
+    map: Array  # (m,) a texture, or -1
+    least: Array  # (m,) what it must say where the surface is whole; 0: it says how much of it is there
+
+
 class Flat(NamedTuple):
     """A scene for the native code. Triangles are in the order of the hierarchy's leaves."""
 
@@ -102,6 +109,7 @@ class Flat(NamedTuple):
     lobes: Lobes | None
     secondary: Secondary | None
     previews: Previews | None
+    cutouts: Cutouts | None
     tangents: Array | None  # (c, 3) where any surface has a normal map
 
 
@@ -216,6 +224,7 @@ def flatten(scene: Scene, dtype: npt.DTypeLike = np.float64) -> Flat:
         lobes=_lobes(scene, real),
         secondary=_secondary(scene, real),
         previews=_previews(scene, real),
+        cutouts=_cutouts(scene, real),
         tangents=None if tangents is None else real(tangents),
     )
 
@@ -336,10 +345,17 @@ def _lobes(scene: Scene, real: Real) -> Lobes | None:
 
 def _secondary(scene: Scene, real: Real) -> Secondary | None:
     rows = [(each.opacity, *each.mirror, *each.transmission, each.ior) for each in scene.materials]
-    plain = all(row[0] == 1.0 and not any(row[1:7]) for row in rows)
+    plain = not any(each.sends_on for each in scene.materials)
     if plain and all(each.preview is None for each in scene.materials) and all(each.is_plain for each in scene.lights):
         return None
     return Secondary(real(rows))
+
+
+def _cutouts(scene: Scene, real: Real) -> Cutouts | None:
+    maps = [each.opacity_map for each in scene.materials]
+    if max(maps, default=-1) < 0:
+        return None
+    return Cutouts(np.array(maps, np.int32), real([each.least_opacity for each in scene.materials]))
 
 
 _MASKING = ("separable", "correlated", "schlick")  # in the order of Masking in references/native/scene.h

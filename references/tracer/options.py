@@ -93,6 +93,9 @@ class Options:
         that of each by whether it is.
     light_uncosined : the fault of points of a rectangle or disk that send as much light to every side.
     shadow_lift : shadow rays start so far along the normal from where they leave.
+    whole_cutouts : the fault of shadow rays that do not ask where a map cuts a surface away.
+    associated : textures of surfaces with a map of opacity have texels that are multiplied by the map's, and what is
+        mixed of them is divided by the opacity there, so that no colour of what is cut away bleeds in.
     """
 
     shadows: Literal["forgiving", "facets", "planes", "none"] = "forgiving"
@@ -155,6 +158,8 @@ class Options:
     light_grid_shared: bool = False
     light_uncosined: bool = False
     shadow_lift: float = 0.0
+    whole_cutouts: bool = False
+    associated: bool = False
 
     def for_scene(self, scene: Scene) -> Options:
         """The same, without looking for the first of coincident objects where there is only one."""

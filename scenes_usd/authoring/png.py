@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 
 def png(pixels: npt.NDArray[np.uint8]) -> bytes:
-    """``pixels`` (h, w, 3), row 0 at the top, as an 8-bit RGB PNG without any colour chunk."""
-    height, width, _ = pixels.shape
-    rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each row begins with its filter type, 0: none
+    """``pixels`` (h, w, 3) or with alpha (h, w, 4), row 0 at the top, as an 8-bit PNG without any colour chunk."""
+    height, width, channels = pixels.shape
+    rows = np.zeros((height, 1 + channels * width), np.uint8)  # each row begins with its filter type, 0: none
     rows[:, 1:] = pixels.reshape(height, -1)
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    header = struct.pack(">IIBBBBB", width, height, 8, 6 if channels == 4 else 2, 0, 0, 0)
     return (
         b"\x89PNG\r\n\x1a\n" + _chunk(b"IHDR", header) + _chunk(b"IDAT", _stored(rows.tobytes())) + _chunk(b"IEND", b"")
     )

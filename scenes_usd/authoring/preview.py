@@ -114,7 +114,7 @@ def _tile() -> str:
 
 
 def _pictures() -> Mapping[str, npt.NDArray[np.uint8]]:
-    """The textures, (h, w, 3); row 0 is the upper one."""
+    """The textures, (h, w, 3), or with alpha (h, w, 4); row 0 is the upper one."""
     row, column = np.mgrid[0:TILES, 0:TILES]
     even = ((row + column) % 2 == 0)[..., None]
     checks = np.where(even, (220, 190, 120), (40, 90, 160))
@@ -133,6 +133,10 @@ def _pictures() -> Mapping[str, npt.NDArray[np.uint8]]:
         axis=2,
     )
     third = np.full((2, 2, 3), round(float(THIRD) * 255))
+    half = np.broadcast_to(np.where(column < TILES // 2, 128, 255)[..., None], (TILES, TILES, 3))
+    away = np.hypot(row - (TILES - 1) / 2, column - (TILES - 1) / 2)
+    alpha = np.clip(255 - 38 * away, 0, 255).astype(int)  # a disk that fades towards the corners
+    leaf = np.concatenate([checks, alpha[..., None]], axis=2)
     flat = np.broadcast_to((128, 128, 255), (2, 2, 3))
     tilt = 0.35 * np.stack(
         [np.sin(2 * np.pi * (column + 0.5) / TILES), np.cos(2 * np.pi * (row + 0.5) / TILES)], axis=2
@@ -141,7 +145,7 @@ def _pictures() -> Mapping[str, npt.NDArray[np.uint8]]:
     sky = np.repeat(np.linspace(150, 40, 8)[:, None, None] * (0.8, 0.9, 1.0), 16, axis=1)
     sky[2, 5], sky[4, 10] = (255, 225, 180), (80, 160, 255)
     pictures = {
-        "checks": checks, "corners": corners, "ramp": level, "packed": packed, "third": third, "flat": flat,
-        "bumps": np.round((bumps + 1.0) * 127.5), "sky": sky,
+        "checks": checks, "corners": corners, "ramp": level, "packed": packed, "third": third, "half": half,
+        "leaf": leaf, "flat": flat, "bumps": np.round((bumps + 1.0) * 127.5), "sky": sky,
     }  # fmt: skip
     return {name: np.ascontiguousarray(pixels.astype(np.uint8)) for name, pixels in pictures.items()}

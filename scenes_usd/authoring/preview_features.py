@@ -88,6 +88,13 @@ def mapped(kind: str, name: str, output: str, file: str, base: str = GLOSSY, **o
     return {"surface": f"{base}\n{connected(kind, name, output)}", "shaders": (texture(file, **options), reader())}
 
 
+def cut() -> dict[str, object]:
+    """A matt surface with a texture as its diffuse colour, that its alpha cuts."""
+    shown = painted("leaf", space="sRGB")
+    more = f"{connected('float', 'opacity', 'a')}\nfloat inputs:opacityThreshold = 0.5"
+    return {**shown, "surface": f"{shown['surface']}\n{more}"}
+
+
 def _normals(file: str, bias: str = "(-1, -1, -1, 0)") -> dict[str, object]:
     lines = f"float4 inputs:scale = (2, 2, 2, 1)\nfloat4 inputs:bias = {bias}"
     return mapped("normal3f", "normal", "rgb", file, f"{GLOSSY}\nfloat inputs:roughness = 0.4", lines=lines)
@@ -236,11 +243,31 @@ FEATURES = (
         "An opacity from the threshold on is a whole surface.",
         surface=f"{MATT}\nfloat inputs:opacity = 0.6\nfloat inputs:opacityThreshold = 0.5",
     ),
+    feature(
+        "opacity_map",
+        "Opacity from a texture's channel is how much of the surface is seen; the rest is what lies behind it.",
+        **mapped("float", "opacity", "r", "ramp", MATT),
+    ),
+    feature(
+        "opacity_alpha",
+        "With a threshold a texture's alpha, which is not decoded, cuts the surface where it is less, with its shadow.",
+        **cut(),
+    ),
+    feature(
+        "opacity_equal",
+        "An opacity from a texture that is as large as the threshold, or larger, is a whole surface.",
+        **mapped("float", "opacity", "r", "half", f"{MATT}\nfloat inputs:opacityThreshold = 0.5019608"),
+    ),
     feature("texture_raw", "A raw texture is not decoded.", **painted()),
     feature(
         "texture_srgb",
         "An sRGB texture is decoded by the curve of IEC 61966-2-1, before it is filtered.",
         **painted(space="sRGB"),
+    ),
+    feature(
+        "texture_alpha",
+        "A texture's colours are straight: an alpha that nothing is connected to changes nothing.",
+        **painted("leaf", space="sRGB"),
     ),
     feature("texture_auto", "Of an 8-bit picture with three channels auto means sRGB.", **painted(space="auto")),
     feature(

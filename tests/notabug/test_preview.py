@@ -34,10 +34,13 @@ SAME = {  # what the specification says to look the very same, though the files 
     "light_temperature_off": "diffuse",
     "light_radius": "diffuse",
     "texture_auto": "texture_srgb",
+    "opacity_equal": "diffuse",
+    "texture_alpha": "texture_srgb",
 }
 OTHER = (
     *(("roughness_1", "roughness_33"), ("specular", "default"), ("texture_raw", "texture_srgb")),
     *(("normal_bumps", "normal_flat"), ("opacity_threshold", "opacity_above"), ("light_temperature", "diffuse")),
+    *(("opacity_map", "opacity"), ("opacity_alpha", "texture_alpha"), ("opacity_alpha", "diffuse")),
     *(("texture_set", "texture_origin"), ("texture_mirror", "texture_repeat"), ("roughness_green", "roughness_map")),
 )
 
@@ -84,6 +87,16 @@ def test_a_flat_normal_map_changes_nothing() -> None:
         ("ior_24", "ior_ignored"),
         ("clearcoat", "clearcoat_missing"),
         ("emission", "emission_missing"),
+        ("opacity_map", "opacity_inverted"),
+        ("opacity_map", "opacity_ignored"),
+        ("opacity_map", "opacity_decoded"),
+        ("opacity_map", "opacity_encoded"),
+        ("opacity_alpha", "opacity_ignored"),
+        ("opacity_alpha", "opacity_inverted"),
+        ("opacity_alpha", "opacity_threshold_ignored"),
+        ("opacity_alpha", "opacity_decoded"),
+        ("opacity_alpha", "cutout_shadow_whole"),
+        ("opacity_equal", "opacity_threshold_strict"),
     ],
 )
 def test_a_misreading_is_a_bug_of_its_name(feature: str, fault: str) -> None:
