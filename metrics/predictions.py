@@ -142,7 +142,7 @@ class Predictions:
 
     def _near(self, chosen: Models) -> Near:
         """The envelope of ``chosen`` from that of the kept set which has the fewest other models."""
-        doing(f"predicts {', '.join(each.name for each in chosen)}")
+        doing(f"predicts {', '.join(dict.fromkeys(each.name.partition('#')[0] for each in chosen))}")
         key = _key(chosen)
         known, base = self._bare, len(key)
         for other, each in self._envelopes.newest():
