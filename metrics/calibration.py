@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.causes import encoded, find_scale, find_shifts, why_gain, zoomed
+from notabug.metrics.causes import encoded, find_scale, find_shifts, why_gain, why_power, zoomed
 from notabug.metrics.formulas import BOX_DEVIATION
 from notabug.metrics.image_checks import invalid
 from notabug.metrics.policy import POLICY
@@ -138,7 +138,8 @@ def _faults(reading: Reading, declaration: Declaration, *, of_points: bool) -> l
     if reading.srgb:
         found.append(("srgb_encoded", 'sRGB-encoded: write linear values, or declare encoding = "srgb"'))
     elif abs(reading.gamma - 1.0) > POLICY.causes.no_gamma:
-        found.append(("gamma", f"raised to the power {reading.gamma:.3f}: write linear values"))
+        power = f"{reading.gamma:.3f}{why_power(reading.gamma)}"
+        found.append(("gamma", f"raised to the power {power}: write linear values"))
     if not reading.srgb and abs(reading.gain - 1.0) > RELATIVE:
         found.append(("light_gain", f"{reading.gain:.4f} times as bright as it should be{why_gain(reading.gain)}"))
     widest = {
