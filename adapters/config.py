@@ -21,6 +21,7 @@ from notabug.scenes_usd.ownership import how_to_allow, why_foreign
 
 VARIABLE = "NOTABUG_CONFIG"
 FILE, SHARED = "notabug.toml", "pyproject.toml"
+LONGEST = 60  # characters of a renderer's name, which is a folder's too and stands in every line of a run
 _MOST = 1 << 20  # bytes of a file: nobody writes more by hand
 
 
@@ -104,8 +105,10 @@ def renderer_tables(path: Path | None) -> dict[str, Table]:
     table.check_keys(["renderers"])
     renderers = table.inner("renderers")
     for name in renderers.values:
-        if not name.isprintable() or not name.strip() or len(name) > 60 or set(name) & set("/\\,"):
-            raise renderers.fault(name, "not a name for a renderer", expected="printable, without / \\ and comma")
+        if not name.isprintable() or not name.strip() or len(name) > LONGEST or set(name) & set("/\\,"):
+            got = f"{len(name)} of them, {name[:20]!a}..." if len(name) > LONGEST else ascii(name)
+            expected = f"1 to {LONGEST} printable characters without / \\ and comma"
+            raise table.fault("renderers", "not a name for a renderer", expected=expected, got=got)
     return {name: renderers.inner(name) for name in renderers.values}
 
 

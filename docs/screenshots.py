@@ -34,6 +34,7 @@ def main(gallery: Path | None, run: Path | None) -> None:
             page.wait_for_load_state("load")
             page.evaluate(SEEN)
             page.screenshot(path=Path(__file__).with_name("overview.png"))
+        page.emulate_media(color_scheme="dark")  # a gallery's; the report's is light
         for name, address in PAGES.items() if gallery is not None else ():
             page.goto(f"{gallery.resolve().as_uri()}/{address}")
             page.wait_for_load_state("networkidle")

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
-from notabug.metrics.causes import encoded, find_scale, find_shifts, why_gain, zoomed
+from notabug.metrics.causes import encoded, find_scale, find_shifts, why_gain, why_power, zoomed
 from notabug.metrics.formulas import BOX_DEVIATION
 from notabug.metrics.image_checks import invalid
 from notabug.metrics.policy import POLICY
@@ -96,7 +96,8 @@ def read_card(
     )
     if misfit > 2.0 * RELATIVE:
         return reading
-    said = dict(_faults(reading, declaration))
+    of_points = declaration.filter != "point" and _shows_points(upright, card)
+    said = dict(_faults(reading, declaration, of_points=of_points))
     return Reading(
         **{name: getattr(reading, name) for name in Reading.__slots__ if name not in ("causes", "sentence")},
         causes=tuple(said),
@@ -120,8 +121,8 @@ def _blank(mean: Floats, value: Floats, repeats: bool | None) -> Reading:
     return Reading(repeats=repeats, causes=("one_colour",), sentence=what)
 
 
-def _faults(reading: Reading, declaration: Declaration) -> list[tuple[str, str]]:
-    """Name and words of each fault, the coarsest first."""
+def _faults(reading: Reading, declaration: Declaration, *, of_points: bool) -> list[tuple[str, str]]:
+    """Name and words of each fault, the coarsest first; ``of_points``: each pixel shows its centre and nothing else."""
     found: list[tuple[str, str]] = []
     if reading.orientation:
         found.append((reading.orientation, _ADVICE[reading.orientation]))
@@ -137,7 +138,8 @@ def _faults(reading: Reading, declaration: Declaration) -> list[tuple[str, str]]
     if reading.srgb:
         found.append(("srgb_encoded", 'sRGB-encoded: write linear values, or declare encoding = "srgb"'))
     elif abs(reading.gamma - 1.0) > POLICY.causes.no_gamma:
-        found.append(("gamma", f"raised to the power {reading.gamma:.3f}: write linear values"))
+        power = f"{reading.gamma:.3f}{why_power(reading.gamma)}"
+        found.append(("gamma", f"raised to the power {power}: write linear values"))
     if not reading.srgb and abs(reading.gain - 1.0) > RELATIVE:
         found.append(("light_gain", f"{reading.gain:.4f} times as bright as it should be{why_gain(reading.gain)}"))
     widest = {
@@ -146,15 +148,39 @@ def _faults(reading: Reading, declaration: Declaration) -> list[tuple[str, str]]
         "tent": POLICY.calibration.tent_width,
     }
     if reading.width > widest.get(declaration.filter, math.inf) and not found:
-        found.append(
-            (
-                "filter_undeclared",
-                f"blurred by {reading.width:.2f} pixels, which a {declaration.filter} filter does not: declare another",
-            )
-        )
+        found.append(("filter_undeclared", _too_blurred(reading.width, declaration.filter)))
+    if of_points and declaration.filter in widest | {"gaussian": 0.0} and not found:
+        found.append(("filter_undeclared", _too_sharp(declaration.filter)))
     if not declaration.noisy and reading.repeats is False:
         found.append(("noise_undeclared", "another one when it is drawn again: declare noisy = true and pass {seed}"))
     return found
+
+
+def _too_blurred(width: float, said: str) -> str:
+    """What to change where edges are softer than those of the filter that is ``said``."""
+    wider = {"point": '"box", "tent" or "gaussian"', "box": '"tent" or "gaussian"'}.get(said, '"gaussian"')
+    return (
+        f"softer at edges than the declaration says: a pixel is the mean of what lies within some {width:.2f} pixels "
+        f'of its centre (a box filter has 0.29, a tent 0.41), but filter = "{said}" is declared: declare the filter '
+        f"that the renderer has, {wider} with its radius, or switch its filter off"
+    )
+
+
+def _too_sharp(said: str) -> str:
+    """What to change where each pixel shows one point, and the filter that is ``said`` would mix several."""
+    return (
+        f"sharper at edges than the declaration says: each pixel shows the colour at its centre alone, but "
+        f'filter = "{said}" is declared, which mixes colours along edges: declare filter = "point", or draw more '
+        "samples per pixel"
+    )
+
+
+def _shows_points(mean: Floats, card: Envelope) -> bool:
+    """Whether along edges of the ``card`` most pixels of ``mean`` show their centres, and not means over pixels."""
+    point, over = (np.asarray(each, np.float64) for each in (card.point, card.mean))
+    tolerance = 2.0 * RELATIVE * float(point.max())
+    at = np.abs(point - over).max(axis=2) > tolerance
+    return bool(at.any()) and float(np.median(np.abs(mean - point).max(axis=2)[at])) <= tolerance
 
 
 def _orientation(mean: Floats, value: Floats) -> tuple[float, str, str]:

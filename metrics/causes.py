@@ -88,7 +88,7 @@ def _cut_off(top: float) -> Cause:
 
 
 def _power(gamma: float) -> Cause:
-    said = f"values are raised to the power {gamma:.3f}"
+    said = f"values are raised to the power {gamma:.3f}{why_power(gamma)}"
     made = _cause("gamma", said, lambda a: np.power(np.maximum(a, 0.0), gamma))
     return replace(made, strengths=(gamma,))
 
@@ -185,6 +185,19 @@ def why_gain(gain: float) -> str:
     """Which factor a gain may be that is often missing, or ""."""
     for value, why in ((math.pi, ": a 1/pi is missing"), (1 / math.pi, ": a 1/pi too many"), (2 * math.tau, ": 4 pi")):
         if abs(gain / value - 1) < POLICY.causes.near_pi:
+            return why
+    return ""
+
+
+def why_power(gamma: float) -> str:
+    """Which habit a power of the whole picture may come from, or ""."""
+    usual = POLICY.causes.power
+    for value, why in (
+        (1.0 / usual, f", 1/{usual}: encoded where linear values are expected"),
+        (1.0 / usual**2, f", that of 1/{usual} twice: encoded two times"),
+        (usual, f", {usual}: decoded once too often"),
+    ):
+        if abs(gamma / value - 1.0) < POLICY.causes.near_pi:
             return why
     return ""
 

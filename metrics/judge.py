@@ -28,6 +28,7 @@ from notabug.metrics.policy import POLICY
 from notabug.metrics.predictions import Predictions
 from notabug.metrics.second_look import doubtful, shared_out
 from notabug.metrics.sets import admitted, stated_conventions
+from notabug.metrics.telling import doing
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.camera import shift_message
 from notabug.references.models.model import Model, models
@@ -74,6 +75,7 @@ def judge(
     of them.
     """
     scene = as_given(scene, declaration)
+    doing("predicts the reference")
     bare = predict(scene, ())
     if not reckonable(bare):
         raise _no_reference(scene, bare)
@@ -90,6 +92,7 @@ def judge(
     known = list(models(scene))
     open_to = admitted(known, declaration)
     stated = stated_conventions(open_to, declaration)
+    doing("looks for legitimate limitations that explain the picture")
     found = explain(measured, open_to, predicted, predicted.preview, predicted.closely, stated)
     doubted = np.zeros(reference.edge.shape, np.bool_) if found.triggers else doubtful(measured, found, scene)
     if doubted.any():
@@ -107,6 +110,7 @@ def judge(
     elif found.triggers:
         name = UNNAMED
         if naming:
+            doing("looks for the coding error behind the bug")
             faults = [each.under(declaration) for each in known if each.kind == "fault" and each.open_to(declaration)]
             beside = beside_faults(open_to, found)
             close = predicted.closely(found.significance.pixels) if few_wrong(found) else predicted

@@ -7,6 +7,7 @@ likeliest are then fitted in full, those that come in all strengths at the stren
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
@@ -37,6 +38,9 @@ HOPE = POLICY.bug_leg.hope
 EXACT = POLICY.names.exact
 NOTHING = POLICY.names.nothing
 REMAINS = POLICY.names.remains
+
+LEAST = sys.float_info.min
+"""Of a misfit whose logarithm is taken: 0 where all that is wrong lies on edges, which misfits leave out."""
 
 OF_RAYS = frozenset({"acne", "start", "epsilon", "shadow_rays", "retroreflection", "unreversed", "lost_reflection"})
 """Switches of faults that only a renderer can have that follows rays from one surface to the next."""
@@ -99,7 +103,7 @@ def _best_fault(bug: Bug, best: Name | None, faults: Sequence[Model], exact: flo
     for turn, strengths in enumerate(found):
         first = next(strengths)
         likeness = bug.likeness(first)
-        level = round(math.log(max(likeness, exact), LEVEL))
+        level = round(math.log(max(likeness, exact, LEAST), LEVEL))
         ranked.append(((first.rule == "any", level, turn), likeness, first, strengths))
     for _, first_likeness, first, others in sorted(ranked, key=itemgetter(0)):
         if best is not None and best.is_exact(exact) and first_likeness >= best.prune_bound(exact):

@@ -24,6 +24,7 @@ from notabug.metrics.channels import pixels, put
 from notabug.metrics.image_checks import finite
 from notabug.metrics.image_filters import Bools, widened
 from notabug.metrics.policy import POLICY
+from notabug.metrics.telling import doing
 from notabug.references.models.camera import pixel_shift
 from notabug.references.models.model import Model
 from notabug.references.predict import Near, predict_near, preview, preview_at
@@ -141,6 +142,7 @@ class Predictions:
 
     def _near(self, chosen: Models) -> Near:
         """The envelope of ``chosen`` from that of the kept set which has the fewest other models."""
+        doing(f"predicts {', '.join(dict.fromkeys(each.name.partition('#')[0] for each in chosen))}")
         key = _key(chosen)
         known, base = self._bare, len(key)
         for other, each in self._envelopes.newest():

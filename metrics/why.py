@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from notabug.adapters.spheres import as_given
 from notabug.metrics.admissible import admissible
 from notabug.metrics.image_checks import invalid
 from notabug.metrics.recalled import Recalled, recalled
+from notabug.metrics.telling import doing
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.model import Model, models
 from notabug.references.predict import configured, predict, preview_at
@@ -120,20 +122,37 @@ class PixelExplanation:
             lines += _edge(each)
             usual = set(_terms(reference.probe))
             lines += [line for line in _terms(each.probe) if line not in usual]
-        left = [each for each in ranked if each not in shown]
-        if left:
-            fitting = sum(each.fits for each in left)
-            more = f" ({fitting} of them fit)" if fitting else ", none of which fits"
-            lines += ["", f"{len(left)} more that change this pixel{more}; --verbose shows them"]
-        else:
-            lines.append("")
-        if self.others:
-            lines.append(f"{len(self.others)} are farther off, compared at the pixel's centre alone")
+        closing = self._all(ranked) if most is None else self._left_out(ranked, shown)
+        return "\n".join([*lines, "", closing] if closing else lines)
+
+    def _idle(self, ranked: Sequence[Prediction]) -> list[str]:
+        """The models that change nothing here, by name."""
         known = {each.name for each in ranked}
-        same = [*self.idle, *(each.name for each in self.predictions[1:] if each.name not in known)]
+        return [*self.idle, *(each.name for each in self.predictions[1:] if each.name not in known)]
+
+    def _all(self, ranked: Sequence[Prediction]) -> str:
+        """The last line where every model is shown that changes something."""
+        same = self._idle(ranked)
+        return f"models of this scene that change nothing at this pixel: {', '.join(same)}" if same else ""
+
+    def _left_out(self, ranked: Sequence[Prediction], shown: Sequence[Prediction]) -> str:
+        """The last line where the best are shown: how many models there are besides, and how to see them."""
+        left = [each for each in ranked if each not in shown]
+        fitting = sum(each.fits for each in left)
+        same = len(self._idle(ranked))
+        parts = []
+        if left:
+            none = "it does not fit" if len(left) == 1 else "none of them fits"
+            parts.append(f"{len(left)} that change this pixel ({f'{fitting} of them fit' if fitting else none})")
+        if self.others:
+            parts.append(f"{len(self.others)} that looked farther off, at the pixel's centre")
         if same:
-            lines.append(f"change nothing here: {', '.join(same) if most is None else len(same)}")
-        return "\n".join(lines)
+            parts.append(f"{same} that change nothing here")
+        if not parts:
+            return ""
+        *first, last = parts
+        models = f"{', '.join(first)} and {last}" if first else last
+        return f"not shown of this scene's models: {models}; --verbose shows them all"
 
 
 def explain_pixel(
@@ -173,6 +192,7 @@ def explain_pixel(
         if closest is not None and untold and sum(one.fits for one in made[1:]) >= ENOUGH:
             others += tuple(model.name for model in acting[place - 1 - len(told) :])
             break
+        doing(f"predicts {each.name}")
         to = right_here if each is first else each.admits(scene, declaration, pixels)
         value, lo, hi = (np.asarray(part[y, x], np.float64) for part in (to.value, to.lo, to.hi))
         tolerance = float(to.tau[y, x].max())

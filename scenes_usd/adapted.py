@@ -35,6 +35,7 @@ from notabug.scenes_usd.scene import Camera, Floats
 from notabug.scenes_usd.view import AS_IT_IS, DRAWN, View, prim_and_set
 
 Mends = Literal["picture", "scene"]
+GREY_BECAUSE = "grey: "  # begins the reason why a material is a grey one
 LEFT_OUT_BECAUSE = "left out: "  # begins the reason why a prim is not drawn
 _PASSES = 5  # a value that is put right may show the next one that is not
 _STAGE_METADATA = (  # of the root layer alone: those of a sublayer say nothing
@@ -162,10 +163,15 @@ class _Layer:
             root.SetCustomDataByKey("notabug", card)
             self._say(f"{root.GetPath()}.customData:notabug", "a card: a scene of your own")
 
-    def _say(self, where: str, what: str) -> None:
-        line = f"{where}: {what}"
-        if line not in self.said:
-            self.said.append(line)
+    def _say(self, where: str, what: str, because: str = "") -> None:
+        """Say an opinion once; where several faults ask for the same one, with the reasons of all."""
+        head = f"{where}: {what}"
+        line = f"{head} ({because})" if because else head
+        same = next((place for place, other in enumerate(self.said) if because and other.startswith(f"{head} (")), None)
+        if same is None:
+            self.said += [line] if line not in self.said else []
+        elif because not in (reasons := self.said[same][len(head) + 2 : -1]).split("; "):
+            self.said[same] = f"{head} ({reasons}; {because.removeprefix(GREY_BECAUSE)})"
 
     def _free(self, path: str) -> str:
         """``path``, with a number where the stage already has such a prim."""
@@ -283,7 +289,8 @@ class _Layer:
         prim = self._stage.GetPrimAtPath(remark.path) if Sdf.Path.IsValidPathString(remark.path) else None
         while prim and not prim.IsPseudoRoot():
             if prim.IsA(UsdShade.Material):
-                yield Opinion(str(prim.GetPath()), "outputs:surface", "preview", GREY, f"grey: {remark.what}")
+                said = f"{GREY_BECAUSE}{attribute}{': ' * bool(attribute)}{remark.what}"
+                yield Opinion(str(prim.GetPath()), "outputs:surface", "preview", GREY, said)
                 return
             if prim.IsA(UsdGeom.Gprim) or prim.IsA(UsdGeom.PointInstancer) or prim.HasAPI(UsdLux.LightAPI):
                 yield Opinion(str(prim.GetPath()), "visibility", "token", "invisible", because)
@@ -298,7 +305,7 @@ class _Layer:
         if opinion.type == "preview" and isinstance(opinion.value, tuple):
             red, green, blue = (float(part) for part in opinion.value)
             self._paint(UsdShade.Material(prim), (red, green, blue))
-            self._say(where, f"{PREVIEW} {shown_value(opinion.value)}{because}")
+            self._say(where, f"{PREVIEW} {shown_value(opinion.value)}", opinion.because)
         elif opinion.type == "rel":
             relationship = prim.GetRelationship(opinion.name) or prim.CreateRelationship(opinion.name, False)
             relationship.SetTargets([])

@@ -221,7 +221,8 @@ def shown(found: object) -> str:
     >>> shown(0.30000001192092896)
     '0.3'
     """
-    text = " ".join(repr(found).split())
+    numbers = _as_numbers(found) if type(found).__module__ == "pxr.Gf" else None
+    text = f"({', '.join(map(shown, numbers))})" if numbers else " ".join(repr(found).split())
     if isinstance(found, float):
         with np.errstate(over="ignore"):  # single precision ends at 3e38
             single = np.float32(found)

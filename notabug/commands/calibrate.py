@@ -19,6 +19,7 @@ from notabug.adapters.registry import adapter as adapter_called
 from notabug.adapters.registry import adapters
 from notabug.exit_codes import ExitCode
 from notabug.metrics.calibration import Reading, read_card
+from notabug.metrics.formulas import BOX_DEVIATION
 from notabug.metrics.verdict import Verdict
 from notabug.printable import escaped
 from notabug.references.cache import cache_root
@@ -177,9 +178,18 @@ def _show(each: Calibrated) -> None:
         ("orientation, channels", f"{readable(read['orientation']) or 'upright'}, {read['channels']}"),
         ("shift (right, down)", f"{read['shift'][0]:+.2f}, {read['shift'][1]:+.2f} pixels"),
         ("magnification", number(read["scale"], 5)),
-        ("filter width", f"{read['width']:.2f} pixels (a box has 0.29)"),
+        ("pixel filter", _width(read["width"])),
         ("noise between seeds", number(read["noise"], 3)),
         ("same seed, same picture", repeats),
     ):
         table.add_row(f"  {name}", Text(value))
     out.print(table)
+
+
+def _width(found: float) -> str:
+    """The width of the pixel filter in words: what is no wider than a box of one pixel may as well be a point."""
+    if found <= BOX_DEVIATION + 0.005:  # a hundredth is what is shown
+        return "no wider than one pixel: a point or a box"
+    return (
+        f"{found:.2f} pixels (standard deviation; a box of one pixel has {BOX_DEVIATION:.2f}, a tent of radius 1 0.41)"
+    )

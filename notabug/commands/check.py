@@ -53,8 +53,10 @@ def faults_left(source: str, variants: dict[str, str], view: View) -> tuple[Scen
 
 
 def by_path(survey: Survey) -> list[Remark]:
-    """The remarks by prim path, the worst of a prim first."""
-    return sorted(survey.remarks, key=lambda remark: (remark.path, ORDER.index(remark.kind), remark.where))
+    """The remarks by prim path, the worst of a prim first; what is refused is not told as approximated too."""
+    refused = {remark.where for remark in survey.remarks if remark.kind == ORDER[0] and remark.where != remark.path}
+    left = [remark for remark in survey.remarks if remark.kind == ORDER[0] or remark.where not in refused]
+    return sorted(left, key=lambda remark: (remark.path, ORDER.index(remark.kind), remark.where))
 
 
 def as_document(source: str, survey: Survey) -> dict[str, object]:
@@ -101,7 +103,7 @@ def show(out: Console, source: str, survey: Survey, left: tuple[SceneError, ...]
     for kind, line in lines(source, by_path(survey)):
         glyph, style = _GLYPHS[kind]
         out.print(Text(f"{glyph} {kind}: ", style=style).append(line, style="default not bold"), soft_wrap=True)
-    kinds: Counter[str] = Counter(remark.kind for remark in survey.remarks)
+    kinds: Counter[str] = Counter(remark.kind for remark in by_path(survey))
     told = ", ".join(f"{kinds[kind]} {kind}" for kind in ORDER if kinds[kind]) or "nothing to remark"
     out.print(Text(f"{source}: {told}"), soft_wrap=True)
     if survey.scene is not None:

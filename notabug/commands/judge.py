@@ -30,6 +30,7 @@ from notabug.runs.own_folder import claim
 from notabug.runs.progress import console, verdict_text
 from notabug.runs.provenance import tool
 from notabug.runs.selection import parse_variants
+from notabug.runs.waiting import saying
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import Picture, read_picture, write_exr
@@ -71,7 +72,8 @@ def command(
     declaration = declare(pictures, filter_name, radius, precision, srgb=srgb, noisy=noisy, samples=samples, said=said)
     folder = out / folder_name(scene.id) if out else None
     paths = list(images) if folder is None else _kept(images, pictures, folder, anew=srgb or bool(layer))
-    outcome = judge_pictures(paths, scene, declaration, folder, pictures=pictures, srgb=srgb)
+    with saying(console(stderr=True), f"judging {scene.id}", quiet=quiet):
+        outcome = judge_pictures(paths, scene, declaration, folder, pictures=pictures, srgb=srgb)
     result = Result(
         scene=scene.id,
         variant=scene.variant,

@@ -13,6 +13,7 @@ from notabug.exit_codes import ExitCode
 from notabug.report.page import draw
 from notabug.results.document import RendererSaid, RunDocument
 from notabug.results.gate import code_of
+from notabug.results.one_light import told_by_lights
 from notabug.results.record import Result, load, run_document
 from notabug.results.wording import tally
 from notabug.runs.folders import sole_writer, write_json
@@ -77,7 +78,7 @@ def merge(folders: Sequence[Path], out: Path, *, partial: bool = False) -> list[
         for name, source in there.items():
             make((out / name).parent, out)
             shutil.copyfile(source, out / name)
-        found = [result for _, result in results.values()]
+        found = told_by_lights([result for _, result in results.values()])
         document = _document(documents, found, [result for _, result in cards.values()])
         write_json(out / "run.json", {**document, "finished": not gaps, "partial": bool(gaps)})
     return found

@@ -207,5 +207,6 @@ def _beginning(plan: Plan) -> str:
     takes = known if first and jobs * FIRST >= LONG else ""
     scenes = len({choice.source for choice in plan.choices})
     views = f" in {len(plan.choices)} variants" if len(plan.choices) > scenes else ""
-    what = f"{counted(scenes, 'scene')}{views}, {counted(jobs, 'picture')}"
+    pictures = f", {counted(jobs, 'picture')}" if jobs != scenes else ""
+    what = f"{counted(scenes, 'scene')}{views}{pictures}"
     return f"rendering and judging {what} with {names}; results go to {plan.out}{takes}"

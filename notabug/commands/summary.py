@@ -53,8 +53,13 @@ def summary(out: Console, state: Run, page: Path, detail: Detail, shown: frozens
 def counts(results: Sequence[Result], detail: Detail = "normal") -> str:
     """The verdicts in numbers, and how many of them nobody expected: no table of a scene, no entry of a team."""
     line = tally(result.verdict.word for result in results)
-    surprises = sum(result.surprising or result.state == "new" for result in results)
-    return f"{line}; {surprises} not expected" if surprises and detail != "quiet" else line
+    surprises = [result for result in results if result.surprising or result.state == "new"]
+    if not surprises or detail == "quiet":
+        return line
+    words = {result.verdict.word for result in surprises}
+    if len(surprises) == sum(result.verdict.word in words for result in results):  # no number is told twice
+        return ", ".join(f"{part} (not expected)" if part.split()[1] in words else part for part in line.split(", "))
+    return f"{line}; {len(surprises)} not expected"
 
 
 def one_picture(choices: Iterable[Choice]) -> frozenset[str]:

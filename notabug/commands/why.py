@@ -14,6 +14,7 @@ from notabug.metrics.why import explain_pixel
 from notabug.printable import escaped
 from notabug.results.of_run import found as found_run
 from notabug.runs.progress import console
+from notabug.runs.waiting import saying
 from notabug.scenes_usd.errors import SelectionError
 from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.picture import read_picture
@@ -57,7 +58,8 @@ def command(
         declaration = replace(known.declaration(), **said(declare_words))
     verdict = None if known is None else known.result.verdict
     closest = None if every or as_json else CLOSEST
-    found = explain_pixel(picture.pixels, scene, declaration, x, y, closest=closest, verdict=verdict)
+    with saying(console(stderr=True), f"explaining pixel ({x}, {y})"):
+        found = explain_pixel(picture.pixels, scene, declaration, x, y, closest=closest, verdict=verdict)
     if as_json:
         read = {"channels": list(picture.judged), "notes": list(picture.notes)}
         print(escaped(json.dumps(found.as_dict() | read, ensure_ascii=False, allow_nan=False)))

@@ -38,6 +38,7 @@ ASSETS = (
     "gallery.js",
     "flip.js",
     "shader.js",
+    "theme.js",
     "viewer.js",
     "vendor/exr.js",
     "vendor/LICENSES.txt",

@@ -148,22 +148,6 @@
   });
   byId("help").addEventListener("click", () => byId("legend").showModal());
 
-  // Light or dark: as the system has it, until a reader says otherwise.
-  const root = document.documentElement;
-  const kept = (value) => {
-    try {
-      if (value) localStorage.setItem("notabug-theme", value);
-      return localStorage.getItem("notabug-theme");
-    } catch { return value; }
-  };
-  const theme = kept();
-  if (theme) root.dataset.theme = theme;
-  byId("theme").addEventListener("click", () => {
-    const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-    root.dataset.theme = dark ? "light" : "dark";
-    kept(root.dataset.theme);
-  });
-
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
     if (event.target.matches("input[type=search], select")) {

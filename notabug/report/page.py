@@ -109,7 +109,7 @@ def _page(
 ) -> str:
     from jinja2 import UndefinedError
 
-    css, script = _style(), _asset("page.js")
+    css, script = _style(), _script()
     data = json.dumps(embedded or {}).replace("<", "\\u003c")
     policy = f"{POLICY}; script-src '{_hashed(script)}'; style-src '{_hashed(css)}'"
     try:
@@ -160,6 +160,11 @@ def _asset(name: str) -> str:
 def _style() -> str:
     """What the gallery's pages and the report share, and the report's own."""
     return files("notabug.gallery").joinpath("static", "base.css").read_text(encoding="utf-8") + _asset("page.css")
+
+
+def _script() -> str:
+    """The switch of light and dark, which the gallery has too, and the report's own."""
+    return files("notabug.gallery").joinpath("static", "theme.js").read_text(encoding="utf-8") + _asset("page.js")
 
 
 def _hashed(text: str) -> str:

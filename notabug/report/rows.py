@@ -131,6 +131,7 @@ def cause(result: Result) -> str:
     names = ", ".join(dict.fromkeys(readable(each.name) for each in own))
     told = "; ".join(dict.fromkeys(each.message for each in own if each.message)) or message
     seen = "visible" if any(each.visible for each in own) else "which no eye would see"
+    told += f"; {result.under}" if result.under else ""
     return f"{names[:1].upper()}{names[1:]}: {told} ({number(round(area(result), 1))} pixels, {seen})."
 
 
@@ -232,10 +233,15 @@ def _by_cause(rows: Sequence[Row]) -> tuple[Same, ...]:
         message = " ".join(row.result.verdict.message.split())
         found.setdefault((row.result.renderer, message) if message else key(row.result), []).append(row)
     return tuple(
-        Same(title=f"{first.result.renderer}: {first.result.verdict.message}", cause=_scenes(same), rows=(first, *rest))
+        Same(title=_title(first.result), cause=_scenes(same), rows=(first, *rest))
         for first, *rest in found.values()
         for same in [(first, *rest)]
     )
+
+
+def _title(result: Result) -> str:
+    """The renderer and its cause, with the one type of light under which it shows."""
+    return f"{result.renderer}: {result.verdict.message}{f'; {result.under}' if result.under else ''}"
 
 
 def _scenes(rows: Sequence[Row]) -> str:
@@ -248,7 +254,7 @@ def _same(rows: Sequence[Row], out: Path) -> tuple[Same, ...]:
     of = {key(row.result): row for row in rows}
     return tuple(
         Same(
-            title=each.first.renderer,
+            title=", ".join(each.renderers),
             cause=each.told,
             rows=tuple(of[key(result)] for result in each.results),
             logs=tuple((out / log).as_posix() for log in each.logs),

@@ -29,7 +29,7 @@ def sentence(result: Result) -> str:
     if names := finding_names(result):
         head.append(f"{names} ({number(round(area(result), 1))} px, jnd {number(strongest(result), 2)})")
     if verdict.message and verdict.word not in ("pass", "limitation"):
-        head.append(" ".join(verdict.message.split()))
+        head.append("; ".join(part for part in (" ".join(verdict.message.split()), result.under) if part))
     parts = [": ".join(head)]
     if result.state:
         parts.append(f"{result.state}{f', expected {result.expected}' if result.surprising else ''}")

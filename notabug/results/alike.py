@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from notabug.results.gate import OF_FILES
 from notabug.results.record import Result
 
 _VARYING = (
@@ -22,13 +23,21 @@ _NEEDS = re.compile(rf" needs ({_WORDS}(?:, {_WORDS})*);")  # as adapters.requir
 
 @dataclass(frozen=True, slots=True)
 class Alike:
-    """Results of one renderer that have one verdict and differ in their messages by names, paths and numbers only."""
+    """Results of one verdict whose messages differ by names, paths and numbers only.
+
+    They are one renderer's, or, where the disk is to blame, of several.
+    """
 
     results: tuple[Result, ...]
 
     @property
     def first(self) -> Result:
         return self.results[0]
+
+    @property
+    def renderers(self) -> tuple[str, ...]:
+        """Whose results they are: several renderers' only where none of them is to blame."""
+        return tuple(dict.fromkeys(result.renderer for result in self.results))
 
     @property
     def message(self) -> str:
@@ -43,6 +52,8 @@ class Alike:
         lacks = Counter(name for result in self.results for name in missing_features(result))
         if not lacks:
             return self.message
+        if set(lacks.values()) == {len(self.results)}:  # each lacks all of it: the count of results says how often
+            return "it lacks " + ", ".join(lacks)
         return "it lacks " + ", ".join(f"{name} ({count})" for name, count in lacks.most_common())
 
     @property
@@ -57,7 +68,8 @@ def alike(results: Sequence[Result]) -> list[Alike]:
     for result in results:
         lacking = bool(missing_features(result))
         same = "lacking" if lacking else kind(result.verdict.message, result.scene)
-        key = (result.renderer, result.verdict.word, same)
+        blamed = "" if OF_FILES in result.verdict.triggers else result.renderer  # a full disk is told once, for all
+        key = (blamed, result.verdict.word, same)
         found.setdefault(key, []).append(result)
     return [Alike(tuple(same)) for same in found.values()]
 

@@ -49,6 +49,8 @@ class ResultSaid(TypedDict):
     channels: NotRequired[list[str]]
     notes: NotRequired[list[str]]
     log: NotRequired[str]
+    lights: NotRequired[list[str]]
+    under: NotRequired[str]
 
 
 class ToolSaid(TypedDict):

@@ -17,6 +17,7 @@ from notabug.runs.provenance import models_version
 
 NO_REFERENCE = "reference"  # the trigger of an error that is the reference's, no matter what the renderer did
 OF_FILES = "files"  # the trigger of an error that is the disk's, or of the rights to a folder
+NOT_CALIBRATED = "calibration"  # the trigger of an error that the renderer's card makes: nothing of it is judged
 NO_SCENE = "scene"  # the trigger of an error that is the scene's: no renderer was asked
 
 FailOn = Literal["any", "visible"]

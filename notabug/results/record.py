@@ -47,6 +47,8 @@ class Result:
     channels: tuple[str, ...] = ()  # of the picture's file that were judged
     notes: tuple[str, ...] = ()  # what reading them took: a window, an orientation, alpha
     log: str = ""  # what the renderer printed, where it failed
+    lights: tuple[str, ...] = ()  # the types of the scene's lights, each once
+    under: str = ""  # where a whole run tells it: the one type of light under which the renderer shows this bug
 
     @property
     def worst(self) -> tuple[int, int] | None:
@@ -89,6 +91,8 @@ class Result:
             "channels": list(self.channels),
             "notes": list(self.notes),
             "log": self.log,
+            "lights": list(self.lights),
+            "under": self.under,
         }
         return cast(ResultSaid, json_ready(plain))
 
@@ -135,6 +139,8 @@ class Result:
             channels=tuple(data.get("channels", ())),
             notes=tuple(data.get("notes", ())),
             log=data.get("log", ""),
+            lights=tuple(data.get("lights", ())),
+            under=data.get("under", ""),
         )
 
 
@@ -170,7 +176,12 @@ RESULT = Fields(
         "size": Many(NUMBER, length=2),
         "renderer_command": Many(TEXT),
     },
-    {"state": TEXT, "because": TEXT, "fails": FLAG, "log": FILE, "channels": Many(TEXT), "notes": Many(TEXT)},
+    {
+        **dict.fromkeys(("state", "because", "under"), TEXT),
+        **dict.fromkeys(("channels", "notes", "lights"), Many(TEXT)),
+        "fails": FLAG,
+        "log": FILE,
+    },
 )
 _TOOL = dict.fromkeys(("name", "version", "models", "code", "python", "platform"), TEXT)
 _JOBS = {"executor": TEXT, "at_once": WHOLE, "threads": WHOLE, "shard": TEXT}

@@ -12,7 +12,7 @@ from notabug.adapters.base import Adapter, UnsupportedError
 from notabug.adapters.trees import empty, replaced, states
 from notabug.exit_codes import ExitCode, exit_code
 from notabug.metrics.verdict import Verdict, Word
-from notabug.results.gate import NO_REFERENCE, NO_SCENE, OF_FILES
+from notabug.results.gate import NO_REFERENCE, NO_SCENE, NOT_CALIBRATED, OF_FILES
 from notabug.results.record import Result
 from notabug.runs.folders import job_folder, job_lock, write_json
 from notabug.runs.job_files import OF_RENDERS, draw_fresh, keep_log, kept_renders, kept_result, keys_of, relative
@@ -48,7 +48,8 @@ def do_job(jobs: Jobs, choice: Choice, scene: Scene | NotabugError, name: str) -
         return replace(blank, verdict=replace(no_judgement("error", str(scene)), triggers=(NO_SCENE,))), False
     blamed = jobs.refused.get(name, "")
     if blamed:
-        return replace(blank, verdict=no_judgement("error", f"calibration: {blamed}")), False
+        refused = no_judgement("error", f"calibration: {blamed}")
+        return replace(blank, verdict=replace(refused, triggers=(NOT_CALIBRATED,))), False
     adapter = choice.alter(adapter, scene)
     folder = job_folder(jobs.plan.out, choice.folder or choice.id, blank.variant, name)
     keys = keys_of(scene, adapter, found, jobs.plan.quality)
@@ -76,12 +77,13 @@ def blank_result(plan: Plan, choice: Choice, scene: Scene | NotabugError, name: 
     if isinstance(scene, NotabugError):
         return blank
     stated = "" if choice.label else _expected(scene, name)
-    return replace(blank, claim=scene.card.claim, size=(scene.width, scene.height), expected=stated)
+    lights = tuple(sorted({light.kind for light in scene.lights}))
+    return replace(blank, claim=scene.card.claim, size=(scene.width, scene.height), expected=stated, lights=lights)
 
 
 def as_asked(kept: Result, blank: Result) -> Result:
     """The result ``kept`` of an earlier run under this one's words."""
-    return replace(kept, command=blank.command, expected=blank.expected, claim=blank.claim)
+    return replace(kept, command=blank.command, expected=blank.expected, claim=blank.claim, lights=blank.lights)
 
 
 def _fresh(jobs: Jobs, blank: Result, scene: Scene, adapter: Adapter, folder: Path, keys: dict[str, str]) -> Result:

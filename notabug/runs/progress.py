@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -20,6 +21,7 @@ from notabug.metrics.verdict import GLYPH
 from notabug.printable import SafeConsole
 from notabug.results.alike import alike, kind
 from notabug.results.document import GateSaid
+from notabug.results.gate import NOT_CALIBRATED, OF_FILES
 from notabug.results.record import Result
 from notabug.results.wording import STYLE, area, finding_names, number, strongest
 
@@ -118,7 +120,8 @@ class Board:
             return
         if result.scene in self._brief:
             result = replace(result, variant="")
-        same = (result.renderer, word, kind(result.verdict.message, result.scene))
+        blamed = "" if OF_FILES in result.verdict.triggers else result.renderer
+        same = (blamed, word, kind(result.verdict.message, result.scene))
         known = same in self._told
         self._told.add(same)
         told = not known or self._detail == "verbose"
@@ -129,6 +132,8 @@ class Board:
 
     def _worth_a_line(self, result: Result) -> bool:
         word = result.verdict.word
+        if NOT_CALIBRATED in result.verdict.triggers:  # told once at the end: nothing of it was drawn
+            return False
         return word != "unsupported" if self._live is None else word in ("bug", "error") or result.fails
 
 
@@ -283,13 +288,17 @@ def _messages(results: Sequence[Result], out: Path | None) -> list[tuple[Text, S
         if len(scenes) > 1:
             more = f" and {len(scenes) - SHOWN} more" if len(scenes) > SHOWN else ""
             where = f"{renderer}: {len(scenes)} scenes ({', '.join(scenes[:SHOWN])}{more})"
-        made.append((verdict_text(found[0]).append(f"  {where}: {message}", style=_PLAIN), found))
+        under = f"; {found[0].under}" if found[0].under else ""
+        made.append((verdict_text(found[0]).append(f"  {where}: {message}{under}", style=_PLAIN), found))
     for same in alike(others):
         count = len(same.results)
         one = " ".join(part for part in (same.first.scene, same.first.variant) if part)
         many = {"error": f"{count} jobs failed alike", "unsupported": f"{count} scenes"}
         what = one if count == 1 else many.get(same.first.verdict.word, f"{count} alike")
-        said = f"  {same.first.renderer}: {what}: {same.told}"
+        who = same.renderers
+        said = f"  {', '.join(who)}: {what}: {same.told}"
+        if NOT_CALIBRATED in same.first.verdict.triggers:
+            said += f"; until that is gone nothing of it is judged: see `notabug calibrate -r {shlex.quote(who[0])}`"
         if count > 1 and same.logs and out is not None and str(out / same.logs[0]) not in said:
             said += f"; log: {out / same.logs[0]}"
         made.append((verdict_text(same.first).append(said, style=_PLAIN), same.results))

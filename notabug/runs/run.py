@@ -12,6 +12,7 @@ from typing import cast
 from notabug.ending import saved_trace
 from notabug.results.document import RendererSaid, RunDocument
 from notabug.results.gate import Gate
+from notabug.results.one_light import told_by_lights
 from notabug.results.record import Result, run_document
 from notabug.runs.calibration import CARDS
 from notabug.runs.first_card import calibrate
@@ -99,6 +100,7 @@ def _run(plan: Plan, watcher: Watcher) -> Run:
         with contextlib.suppress(OSError):
             state.save()
         raise
+    state.results = told_by_lights(state.results)
     state.finished = True
     state.save()
     return state

@@ -37,6 +37,19 @@ def table(folder: Path = Path(), **values: Any) -> Table:
     return Table(values, "notabug.toml.renderers.mine", folder)
 
 
+@pytest.mark.parametrize(
+    ("name", "got"),
+    [("x" * 300, "300 of them, 'xxxxxxxxxxxxxxxxxxxx'..."), ("", "''"), ("a/../b", "'a/../b'"), ("a\tb", r"'a\tb'")],
+)
+def test_a_wrong_name_is_told_in_short_and_with_the_rule_that_it_breaks(name: str, got: str, tmp_path: Path) -> None:
+    path = tmp_path / "notabug.toml"
+    path.write_text(f"[renderers.{json.dumps(name)}]\ncommand = ['x', '{{scene}}', '{{image}}']\n")
+    with pytest.raises(ConfigError) as caught:
+        renderer_tables(path)
+    assert caught.value.got == got
+    assert "1 to 60 printable characters" in str(caught.value)
+
+
 def test_the_nearest_file_counts_and_notabug_toml_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("NOTABUG_CONFIG", raising=False)
     inner = tmp_path / "a" / "b"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy import ndimage
 from notabug.adapters.base import Declaration
 from notabug.metrics.calibration import read_card
 from notabug.metrics.causes import encoded, zoomed
+from notabug.metrics.judge import judge
 from notabug.references.predict import predict
 from notabug.references.tracer.envelope import Envelope
 from notabug.scenes_usd.reader import read_scene
@@ -50,7 +52,10 @@ FAULTS: dict[str, tuple[Callable[[Floats], Floats], tuple[str, ...], str]] = {
     "half": (lambda a: a * 0.5, ("light_gain",), "0.5000 times as bright"),
     "clipped": (lambda a: np.clip(2 * a, 0, 1), ("light_gain",), "2.0000 times"),
     "srgb": (encoded, ("srgb_encoded",), 'encoding = "srgb"'),
-    "gamma": (lambda a: np.clip(a, 0, 1) ** (1 / 2.2), ("gamma",), "power 0.455"),
+    "gamma": (lambda a: np.clip(a, 0, 1) ** (1 / 2.2), ("gamma",), "power 0.455, 1/2.2: encoded"),
+    "gamma twice": (lambda a: np.clip(a, 0, 1) ** (1 / 4.84), ("gamma",), "power 0.207, that of 1/2.2 twice"),
+    "decoded": (lambda a: np.clip(a, 0, 1) ** 2.2, ("gamma",), "power 2.200, 2.2: decoded once too often"),
+    "odd power": (lambda a: np.clip(a, 0, 1) ** 1.3, ("gamma",), "power 1.300: write linear"),
     "shift": (shifted, ("pixel_shift",), r"\(\+0.50, \+0.50\)"),
     "wide": (lambda a: zoomed(a, 0.95), ("field_of_view",), "0.9498|0.95"),
     "narrow": (lambda a: zoomed(a, 1.2), ("field_of_view",), "1.20|1.1999"),
@@ -152,3 +157,34 @@ def test_a_blur_is_read_by_its_width(width: float, card: Envelope) -> None:
 
 def test_a_picture_of_another_size_is_named(card: Envelope) -> None:
     assert read_card([np.zeros((4, 4, 3))], card, BOX).causes == ("wrong_size",)
+
+
+@pytest.mark.parametrize("card", [CARD, PLAIN], indirect=True)
+@pytest.mark.parametrize("said", ["box", "tent", "gaussian"])
+@pytest.mark.sweep_except("box-calibration/card", "tent-calibration/plain_card")
+def test_points_under_another_filter_are_told_as_such(said: Any, card: Envelope) -> None:
+    """Who draws one ray through each pixel's centre and declares a filter is told so, and not of a missing shadow."""
+    points = [np.asarray(card.point, np.float64)]
+    reading = read_card(points, card, replace(BOX, filter=said, radius=1.0))
+    assert reading.causes == ("filter_undeclared",)
+    assert f'filter = "{said}" is declared' in reading.sentence
+    assert 'declare filter = "point"' in reading.sentence
+    assert read_card(points, card, replace(BOX, filter="point", radius=0.0)).causes == ()
+    assert read_card([np.asarray(card.mean, np.float64)], card, BOX).causes == ()
+
+
+@pytest.mark.parametrize("said", ["point", "box", "tent"])
+def test_a_blur_names_the_declaration_and_what_is_wider(said: Any, card: Envelope) -> None:
+    mean = np.asarray(card.point if said == "point" else card.mean, np.float64)
+    reading = read_card([ndimage.gaussian_filter(mean, (1, 1, 0))], card, replace(BOX, filter=said))
+    assert reading.causes == ("filter_undeclared",)
+    assert f'filter = "{said}" is declared' in reading.sentence
+    assert '"gaussian"' in reading.sentence.split("declare the filter that the renderer has")[1]
+
+
+def test_edges_alone_that_are_wrong_have_a_verdict() -> None:
+    """All that is wrong lies on edges, which misfits leave out: the least misfit is 0, and has no logarithm."""
+    scene = read_scene(PLAIN)
+    picture = np.asarray(predict(scene).point, np.float64)
+    found = judge([picture], scene, replace(BOX, filter="tent", radius=1.0), perceive=False)
+    assert found.verdict.word == "bug"

@@ -8,7 +8,9 @@ import pytest
 
 from notabug.metrics.verdict import Verdict
 from notabug.results.alike import alike, kind, missing_features
+from notabug.results.gate import OF_FILES
 from notabug.results.record import Result
+from notabug.runs.progress import messages
 
 
 def result(message: str, word: Any = "error", renderer: str = "mine", scene: str = "a/b") -> Result:
@@ -43,6 +45,25 @@ def test_not_alike() -> None:
 def test_the_scene_of_a_message_does_not_matter() -> None:
     found = [result(f"{name} is dark", scene=name) for name in ("own scene", "acne/slab")]
     assert len(alike(found)) == 1
+
+
+def test_a_full_disk_is_told_once_for_all_renderers() -> None:
+    full = [
+        Result(scene, "", name, "1", Verdict("error", message=f"cannot write: {scene}/x", triggers=(OF_FILES,)))
+        for name in ("mine", "theirs")
+        for scene in ("a/b", "a/c")
+    ]
+    (same,) = alike(full)
+    assert same.renderers == ("mine", "theirs")
+    (line,) = messages(full)
+    assert "mine, theirs: 4 jobs failed alike: cannot write" in line.plain
+
+
+def test_what_every_scene_lacks_has_no_counts_of_its_own() -> None:
+    told = "adapter 'mine': scene 'a/b' needs mirror, sphere; choose another renderer for this scene"
+    for count in (1, 3):
+        (same,) = alike([result(told, "unsupported")] * count)
+        assert same.told == "it lacks mirror, sphere"
 
 
 def test_what_a_renderer_lacks_is_counted() -> None:

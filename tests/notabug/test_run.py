@@ -171,6 +171,8 @@ def test_a_renderer_that_fails_calibration_is_not_blamed_for_more(door: Any) -> 
     assert result["message"] == "calibration: the picture is upside down"
     assert door.grey.drawn == ["calibration/card"]
     assert record(door)["calibration"][0]["verdict"] == "bug"
+    assert (door.stdout + door.stderr).count("the picture is upside down") == 1
+    assert "notabug calibrate -r grey" in door.stdout
 
 
 def test_a_renderers_own_bug_on_the_card_stops_nothing(door: Any) -> None:

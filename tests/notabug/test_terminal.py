@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -91,7 +92,11 @@ def test_a_variant_is_named_only_where_there_is_another() -> None:
 
 def test_what_nobody_expected_is_in_the_counts() -> None:
     found = [result("a/1", "bug", state="new"), result("a/2", "pass")]
-    assert counts(found) == "1 pass, 1 bug; 1 not expected"
+    assert counts(found) == "1 pass, 1 bug (not expected)"
+    expected = replace(result("a/3", "bug"), expected="bug")
+    assert counts([*found, expected]) == "1 pass, 2 bug; 1 not expected"
+    error = result("a/4", "error", state="new")
+    assert counts([*found, error]) == "1 pass, 1 bug (not expected), 1 error (not expected)"
     assert counts(found[1:]) == "1 pass"
     assert counts(found, "quiet") == "1 pass, 1 bug"
 

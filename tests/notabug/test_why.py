@@ -100,7 +100,9 @@ def test_the_best_explanations_come_first_and_few(run_of_a_scene: Path) -> None:
     assert "\n6. " not in brief
     assert f"\n{len(ranked)}. " in whole
     assert len(brief.splitlines()) < 60
-    assert f"{len(ranked) - 5} more that change this pixel" in brief
+    assert f"not shown of this scene's models: {len(ranked) - 5} that change this pixel" in brief
+    assert brief.endswith("; --verbose shows them all")
+    assert "not shown" not in whole
 
 
 @pytest.mark.parametrize(

@@ -6,12 +6,17 @@ import math
 from pathlib import Path
 
 import pytest
+from pxr import Gf
 
+from notabug.commands.check import by_path
+from notabug.scenes_usd.adapted import adapt
 from notabug.scenes_usd.errors import ManyFaultsError, SceneError
 from notabug.scenes_usd.own import take_scene
 from notabug.scenes_usd.reader import survey_scene
+from notabug.scenes_usd.reader_stage import Survey
 from notabug.scenes_usd.reader_values import shown
-from notabug.scenes_usd.reading import each_tried, reading
+from notabug.scenes_usd.reading import Remark, each_tried, reading
+from notabug.scenes_usd.view import AS_IT_IS
 
 SCENE = """#usda 1.0
 (
@@ -97,6 +102,36 @@ def test_a_number_is_told_as_it_was_authored(tmp_path: Path) -> None:
     assert "got 0.3;" in told(tmp_path)["/World/Looks/Wood/Shader.inputs:displacement"]
     values = (0.1, 1.0, 0.30000001192092896, 1e300, -math.inf, math.nan, 7, "x")
     assert [shown(value) for value in values] == ["0.1", "1.0", "0.3", "1e+300", "-inf", "nan", "7", "'x'"]
+
+
+@pytest.mark.parametrize(
+    ("value", "told_as"),
+    [
+        (Gf.Vec3f(0.0, 0.3, 0.0), "(0.0, 0.3, 0.0)"),
+        (Gf.Vec2i(1, 2), "(1.0, 2.0)"),
+        (Gf.Vec4d(1.0, 2.0, 3.0, 1e300), "(1.0, 2.0, 3.0, 1e+300)"),
+    ],
+)
+def test_a_vector_is_told_as_usd_writes_it(value: object, told_as: str) -> None:
+    assert shown(value) == told_as
+
+
+def test_a_material_that_becomes_grey_for_several_reasons_is_told_once(tmp_path: Path) -> None:
+    (tmp_path / "scene.usda").write_text(SCENE.replace("BOUND", "Wood"))
+    made = adapt(tmp_path / "scene.usda", tmp_path / "own.usda", {}, AS_IT_IS)
+    (grey,) = [line for line in made.says if line.startswith("/World/Looks/Wood.outputs:surface")]
+    assert grey.count("grey: ") == 1
+    for name in ("inputs:st: ", "inputs:wrapS: ", "inputs:file: "):
+        assert name in grey
+    assert made.survey.scene is not None
+
+
+def test_what_is_refused_is_not_told_as_approximated_too() -> None:
+    place = "/World/Cam.xformOpOrder"
+    refused = Remark("out of the contract", place, "OpenUSD refuses it", SceneError("OpenUSD refuses it", where=place))
+    kept = Remark("approximated", "/World/Cam.fStop", "everything is in focus")
+    survey = Survey(None, (Remark("approximated", place, "placed without it"), kept, refused))
+    assert by_path(survey) == [refused, kept]
 
 
 def test_a_binding_to_nothing_names_its_target(tmp_path: Path) -> None:

@@ -55,8 +55,10 @@ def test_the_width_test_can_fail(tab: Any, site: Any) -> None:
 
 
 @pytest.mark.parametrize("tab", [1280, 390], indirect=True)
-@pytest.mark.sweep_except("1280")
-def test_axe_finds_no_barrier(tab: Any, built: Path) -> None:
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+@pytest.mark.sweep_except("dark-1280", "light-390")
+def test_axe_finds_no_barrier(tab: Any, built: Path, scheme: str) -> None:
+    tab.page.emulate_media(color_scheme=scheme)
     for page in PAGES:
         tab.open(f"{built.as_uri()}/{page}").wait_for_load_state("load")
         if page == "viewer.html":
@@ -65,10 +67,32 @@ def test_axe_finds_no_barrier(tab: Any, built: Path) -> None:
 
 
 def test_axe_finds_what_is_wrong(tab: Any, built: Path) -> None:
+    tab.page.emulate_media(color_scheme="dark")
     page = tab.open(f"{built.as_uri()}/index.html")
     page.evaluate("document.querySelector('.tally').style.color = '#555'; document.querySelector('img').alt = ''")
     page.evaluate("document.querySelector('img').removeAttribute('alt')")
     assert {each.split(":")[0] for each in barriers(page)} == {"color-contrast", "image-alt"}
+
+
+GROUND = "getComputedStyle(document.body).backgroundColor"
+
+
+@FROM_A_FILE
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_light_and_dark_are_the_systems_until_a_reader_says_otherwise(tab: Any, site: Any, scheme: str) -> None:
+    """The choice holds on every page, and what lies over a picture is light on dark whatever the page is."""
+    dark, light = "rgb(30, 30, 30)", "rgb(255, 255, 255)"
+    tab.page.emulate_media(color_scheme=scheme)
+    page = tab.open(site.address("index.html"))
+    assert page.evaluate(GROUND) == (dark if scheme == "dark" else light)
+    page.locator("#theme").click()
+    assert page.evaluate(GROUND) == (light if scheme == "dark" else dark)
+    for other in ("matrix.html", "viewer.html"):
+        page = tab.open(site.address(other))
+        assert page.evaluate(GROUND) == (light if scheme == "dark" else dark), other
+    assert page.evaluate("getComputedStyle(document.querySelector('.stage')).backgroundColor") == "rgb(24, 24, 24)"
+    page.locator("#theme").click()
+    assert page.evaluate(GROUND) == (dark if scheme == "dark" else light)
 
 
 def test_a_subset_says_how_many_classes_it_shows(tab: Any, built: Path) -> None:
