@@ -1,8 +1,9 @@
 """A Scene as the job of a child script: plain numbers that a script can read without notabug.
 
 A renderer may live in an environment of its own, with another Python and without notabug. Its child script is run by
-its path as ``python -P SCRIPT FOLDER``. It reads ``job.json`` and ``arrays.npz`` from the folder, with nothing but the
-standard library, numpy and the renderer, and writes ``picture.npy``, (h, w, 3) linear float32, top row first.
+its path as ``python -P SCRIPT FOLDER``, or by ``serve_child.py`` for all jobs of a process. It reads ``job.json`` and
+``arrays.npz`` from the folder, with nothing but the standard library, numpy and the renderer, and writes
+``picture.npy``, (h, w, 3) linear float32, top row first.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from notabug.scenes_usd.triangulate import triangulate
 
 Edit = Callable[[Job, Arrays], object]
 
+_SERVE = "serve_child.py"
 _APART = ("path", "preview", "placing", "opacity_map", "cutoff")  # told otherwise, or only where there is one
 _MATERIAL = tuple(field.name for field in fields(Material) if field.name not in _APART)
 
@@ -48,6 +50,7 @@ class Script:
 
     ``edit`` is done to the job and its arrays before the script reads them: how faults are made. Where there are
     ``stays``, the script stays and does all jobs of this process, as in ``kept.py``: they are the words that follow it.
+    One that is ``served`` stays too, and need not know of it.
     """
 
     name: str
@@ -57,6 +60,7 @@ class Script:
     keep_jobs: bool = False
     edit: Edit | None = None
     stays: tuple[str, ...] = ()
+    served: bool = False
 
     def render(
         self,
@@ -110,18 +114,22 @@ class Script:
 
     def child(self) -> KeptChild:
         """The child that stays."""
-        return kept_child((*self._command(), *self.stays), where=self.name, environment=self.environment)
+        words = (str(_beside(self.script)),) if self.served else self.stays
+        script = _SERVE if self.served else self.script
+        return kept_child((*self._command(script), *words), where=self.name, environment=self.environment)
 
     def _run(self, folder: Path, timeout: float) -> Ended:
-        if self.stays:
+        if self.stays or self.served:
             return self.child().do(folder, timeout=timeout)
-        environment = {"TMPDIR": str(folder), **self.environment}  # Blender leaves temporary files
-        return run_child(
-            [*self._command(), "."], where=self.name, folder=folder, timeout=timeout, environment=environment
-        )
+        command = [*self._command(self.script), "."]
+        return run_child(command, where=self.name, folder=folder, timeout=timeout, environment=self.environment)
 
-    def _command(self) -> tuple[str, ...]:
-        return self.python, "-P", str(Path(__file__).resolve().with_name(self.script))
+    def _command(self, script: str) -> tuple[str, ...]:
+        return self.python, "-P", str(_beside(script))
+
+
+def _beside(script: str) -> Path:
+    return Path(__file__).resolve().with_name(script)
 
 
 def child_job(scene: Scene) -> tuple[Job, Arrays]:

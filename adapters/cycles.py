@@ -101,7 +101,7 @@ class Cycles:
         self.find()
         samples = quality.samples or DEFAULT_SAMPLES
         seeds = (quality.seeds or (0,))[: 1 if samples == 1 else None]
-        script = Script(self.name, self._python(), "cycles_child.py", {}, self.keep_jobs, self.edit)
+        script = Script(self.name, self._python(), "cycles_child.py", {}, self.keep_jobs, self.edit, served=True)
         settings = {
             "threads": quality.threads,
             "terminator_offset": self.terminator_offset,

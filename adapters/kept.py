@@ -196,8 +196,7 @@ class KeptChild:
         began = time.perf_counter()
         self._tree, self._folder = Tree(), temporary_folder()
         folder = self._folder.__enter__()
-        # what it leaves among temporary files goes with it: Blender's are there still when it is killed
-        environment = {**os.environ, "TMPDIR": str(folder), **self.environment, MARK: self._tree.mark}
+        environment = {**self.environment, MARK: self._tree.mark}
         self._process, self._told = start_child(
             self.command,
             folder,

@@ -67,7 +67,7 @@ class Panda3D:
         self._check_exponents(scene)
         self.find()
         threads = {"LP_NUM_THREADS": str(quality.threads)} if quality.threads else {}
-        script = Script(self.name, self._python(), "panda3d_child.py", threads, self.keep_jobs, self.edit)
+        script = Script(self.name, self._python(), "panda3d_child.py", threads, self.keep_jobs, self.edit, served=True)
         settings = {"grid": grid(quality), "local_viewer": self.highlights == "local"}
         return script.render(scene, out, quality, settings, "Panda3D", samples=grid(quality) ** 2)
 

@@ -11,6 +11,7 @@ import json
 import math
 import os
 import sys
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     import numpy.typing as npt
-    from panda3d.core import NodePath, Texture
+    from panda3d.core import GraphicsEngine, GraphicsPipe, NodePath, Texture
 
     from notabug.adapters.job_types import Arrays, CameraSaid, Job, LightSaid, ShapeSaid, TextureSaid
 
@@ -57,11 +58,7 @@ def _picture(job: Job, arrays: Arrays, width: int, height: int) -> npt.NDArray[n
     """The samples (h, w, 3), top row first, from a framebuffer in float32."""
     from panda3d import core
 
-    core.loadPrcFileData("", _SETTINGS)
-    engine = core.GraphicsEngine.getGlobalPtr()
-    pipe = core.GraphicsPipeSelection.getGlobalPtr().makeDefaultPipe()
-    if pipe is None:
-        sys.exit("Panda3D has no OpenGL without a window (p3headlessgl)")
+    engine, pipe = _engine(core)
     plain, size = core.FrameBufferProperties(), core.WindowProperties.size(width, height)
     plain.setRgbaBits(8, 8, 8, 8)
     host = engine.makeOutput(pipe, "host", 0, plain, core.WindowProperties.size(1, 1), core.GraphicsPipe.BFRefuseWindow)
@@ -93,7 +90,18 @@ def _picture(job: Job, arrays: Arrays, width: int, height: int) -> npt.NDArray[n
         sys.exit(f"Panda3D's framebuffer is not float32: {film.getFbProperties()}")
     pixels = np.frombuffer(bytes(texture.getRamImageAs("RGB")), np.float32).reshape(height, width, 3)
     print(film.getGsg().getDriverRenderer(), film.getGsg().getDriverVersion(), film.getFbProperties())
+    engine.removeAllWindows()
     return pixels[::-1] / gain
+
+
+@cache
+def _engine(core: ModuleType) -> tuple[GraphicsEngine, GraphicsPipe]:
+    """What all pictures of a process share."""
+    core.loadPrcFileData("", _SETTINGS)
+    pipe = core.GraphicsPipeSelection.getGlobalPtr().makeDefaultPipe()
+    if pipe is None:
+        sys.exit("Panda3D has no OpenGL without a window (p3headlessgl)")
+    return core.GraphicsEngine.getGlobalPtr(), pipe
 
 
 def _gain(job: Job, arrays: Arrays) -> float:

@@ -133,8 +133,7 @@ def run_child(
     adopt_orphans()
     tree, before = Tree(), states(folder.absolute())[1:]
     started = time.perf_counter()
-    whole = {**os.environ, **(environment or {}), MARK: tree.mark}
-    child, told = start_child(command, folder, whole, limits, where=where)
+    child, told = start_child(command, folder, {**(environment or {}), MARK: tree.mark}, limits, where=where)
     tree.root = child.pid
     assert child.stdout is not None
     log = Log(child.stdout)
@@ -174,9 +173,14 @@ def start_child(
     stdin: int = subprocess.DEVNULL,
     stderr: int = subprocess.STDOUT,
 ) -> tuple[subprocess.Popen[bytes], IO[str]]:
-    """``command`` as a process, and what its keeper tells of its end; no word where the system has no keeper."""
+    """``command`` as a process, and what its keeper tells of its end; no word where the system has no keeper.
+
+    ``environment`` is added to this process's own. What the child leaves among temporary files goes with ``folder``:
+    Blender's are there still when it is killed.
+    """
+    whole = {**os.environ, "TMPDIR": str(folder.absolute()), **environment}
     try:
-        return _start(command, folder, environment, limits, stdin, stderr)
+        return _start(command, folder, whole, limits, stdin, stderr)
     except (OSError, ValueError) as error:  # ValueError: a null byte
         raise not_started(command, where, getattr(error, "strerror", None) or str(error)) from error
 

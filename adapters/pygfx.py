@@ -67,7 +67,7 @@ class Pygfx:
         _check_highlights(self.name, scene)
         self.find()
         threads = {"LP_NUM_THREADS": str(quality.threads)} if quality.threads else {}
-        script = Script(self.name, self._python(), _SCRIPT, threads, self.keep_jobs, self.edit)
+        script = Script(self.name, self._python(), _SCRIPT, threads, self.keep_jobs, self.edit, served=True)
         settings = {"grid": grid(quality), "unit": self.unit}
         return script.render(scene, out, quality, settings, "pygfx", samples=grid(quality) ** 2)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -42,6 +43,7 @@ def main(folder: Path) -> None:
     np.save(folder / "picture.npy", pixels.astype(np.float32))
 
 
+@cache
 def _adapter() -> wgpu.GPUAdapter:
     """The first device that draws into float32; a graphics card comes before a processor."""
     import wgpu
@@ -55,12 +57,9 @@ def _adapter() -> wgpu.GPUAdapter:
 def _picture(adapter: wgpu.GPUAdapter, job: Job, arrays: Arrays, width: int, height: int) -> npt.NDArray[np.float32]:
     """The samples (h, w, 3), top row first."""
     import pygfx
-    from pygfx.renderers.wgpu import enable_wgpu_features, get_shared, select_adapter
-    from pygfx.renderers.wgpu.engine import blender
+    from pygfx.renderers.wgpu import get_shared
 
-    select_adapter(adapter)
-    enable_wgpu_features(_FEATURE)
-    blender.default_targets["color"] = (_FORMAT, blender.default_targets["color"][1])
+    _select(adapter)
     film = pygfx.Texture(dim=2, size=(width, height, 1), format="rgba8unorm")  # where the picture would be shown
     renderer = pygfx.WgpuRenderer(film, pixel_ratio=1, pixel_filter="nearest", ppaa="none")
     scene = pygfx.Scene()
@@ -80,6 +79,17 @@ def _picture(adapter: wgpu.GPUAdapter, job: Job, arrays: Arrays, width: int, hei
     )
     print(adapter.info["device"], adapter.info["description"])
     return np.frombuffer(data, np.float32).reshape(height, width, 4)[..., :3]
+
+
+@cache
+def _select(adapter: wgpu.GPUAdapter) -> None:
+    """Have pygfx draw on ``adapter`` in float32, which can be said once, before its first picture."""
+    from pygfx.renderers.wgpu import enable_wgpu_features, select_adapter
+    from pygfx.renderers.wgpu.engine import blender
+
+    select_adapter(adapter)
+    enable_wgpu_features(_FEATURE)
+    blender.default_targets["color"] = (_FORMAT, blender.default_targets["color"][1])
 
 
 def _mesh(pygfx: ModuleType, job: Job, shape: ShapeSaid, arrays: Arrays) -> pygfx.Mesh:

@@ -66,7 +66,7 @@ class Vtk:
         check_supported(self, scene)
         self.find()
         threads = {"LP_NUM_THREADS": str(quality.threads)} if quality.threads else {}
-        script = Script(self.name, self._python(), "vtk_child.py", threads, self.keep_jobs, self.edit)
+        script = Script(self.name, self._python(), "vtk_child.py", threads, self.keep_jobs, self.edit, served=True)
         settings = {"grid": grid(quality), "depth": self.depth, "interpolation": self.interpolation}
         return script.render(same_wraps(scene), out, quality, settings, "VTK", samples=grid(quality) ** 2)
 

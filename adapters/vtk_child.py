@@ -62,6 +62,8 @@ def _picture(job: Job, arrays: Arrays, width: int, height: int) -> npt.NDArray[n
     pixels = np.zeros(width * height * channels, np.float32)
     if not texture.Download().Download2D(VTK_FLOAT, pixels, [width, height], channels, [0, 0]):
         sys.exit("VTK's framebuffer cannot be read")
+    film.ReleaseGraphicsResources(window)
+    window.Finalize()
     return pixels.reshape(height, width, channels)[::-1, :, :3]
 
 
