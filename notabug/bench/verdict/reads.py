@@ -96,10 +96,8 @@ def _rows(node: ast.AST | None, names: dict[str, Rows]) -> Rows:
     """The numbers that an expression uses, where ``names`` stand for some."""
     if node is None:
         return frozenset()
-    parts = [
-        names.get(part.id, frozenset()) if isinstance(part, ast.Name) else _of_policy(part) for part in ast.walk(node)
-    ]
-    return frozenset().union(*parts)
+    own = names.get(node.id, frozenset()) if isinstance(node, ast.Name) else _of_policy(node)
+    return own or frozenset().union(*(_rows(part, names) for part in ast.iter_child_nodes(node)))
 
 
 def _targets(node: ast.Assign | ast.AnnAssign) -> list[str]:

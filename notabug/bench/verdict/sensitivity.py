@@ -26,13 +26,13 @@ from types import CodeType, FrameType, ModuleType
 
 from notabug.bench.verdict.numbers import SCALED, changed, scaled
 from notabug.bench.verdict.reads import EVERY, FLOORS, imported_by, noting, own_cache
-from notabug.bench.verdict.sensitivity_pictures import Said, Sample, Way, every, judged
+from notabug.bench.verdict.sensitivity_pictures import Planned, Said, Way, every, judged
 from notabug.runs.folders import write_json
 
 FACTORS = {"halved": 0.5, "doubled": 2.0}
-FIRST: dict[Way, int] = {"word": 16, "eye": 8, "card": 24, "name": 6}
+FIRST: dict[Way, int] = {"word": 12, "eye": 4, "card": 12, "name": 4}
 """Pictures that are judged anew for every number that they read; the others only until one of them changes."""
-ALSO_NAMED = 4  # of the pictures whose word alone was compared, where none changed
+ALSO_NAMED = 2  # of the pictures whose word alone was compared, where none changed
 FELT = 0.1  # of a severity: a smaller change of it is a detail
 MOST = 5.0  # times as much processor time as a picture took of which nothing was predicted: a longer search is stopped
 
@@ -112,7 +112,7 @@ class Plain:
 Known = Mapping[tuple[int, Way], Plain]
 
 
-def noted(samples: Sequence[Sample], kept: Path) -> Known:
+def noted(samples: Sequence[Planned], kept: Path) -> Known:
     """What is said and read of each of ``samples`` in each of its ways; ``kept`` is written after each.
 
     The numbers of a way are those that no quicker way reads.
@@ -122,13 +122,13 @@ def noted(samples: Sequence[Sample], kept: Path) -> Known:
         for at, way, said, rows, seconds in json.loads(kept.read_text("utf-8")):
             said = Said(**{**said, "bugs": tuple(said["bugs"]), "limitations": tuple(said["limitations"])})
             known[at, way] = Plain(said, tuple(rows), seconds)
+    missing = [at for at, planned in enumerate(samples) if not all((at, way) in known for way in planned.ways)]
+    drawn = {at: samples[at].sample for at in missing}  # by the modules as they are
     with noting() as judge:
-        for at, sample in enumerate(samples):
-            if all((at, way) in known for way in sample.ways):
-                continue
+        for at, sample in drawn.items():
             before: frozenset[str] = frozenset()
             with judge.fresh():
-                for way in sample.ways:
+                for way in samples[at].ways:
                     begun = time.process_time()
                     said, rows = judge.of(partial(judged, sample, way))
                     known[at, way] = Plain(said, tuple(sorted(rows - before)), time.process_time() - begun)
@@ -138,7 +138,7 @@ def noted(samples: Sequence[Sample], kept: Path) -> Known:
     return known
 
 
-def readers(row: str, samples: Sequence[Sample], known: Known) -> list[tuple[int, Way]]:
+def readers(row: str, samples: Sequence[Planned], known: Known) -> list[tuple[int, Way]]:
     """The pictures that read ``row``, each in the quickest way that does: quick ways first, labels in turn."""
     found = [key for key, plain in known.items() if row in plain.rows]
     order: list[tuple[int, Way]] = []
@@ -162,7 +162,7 @@ def differences(before: Sequence[Said], after: Sequence[Said]) -> dict[str, obje
     return {"words": len(moved), "names": named, "figures": felt, "details": details, "changes": sorted(moved)}
 
 
-def effect(row: str, factor: float, samples: Sequence[Sample], known: Known) -> dict[str, object]:
+def effect(row: str, factor: float, samples: Sequence[Planned], known: Known) -> dict[str, object]:
     """What ``row`` times ``factor`` changes in pictures that read it, and how many were judged.
 
     Where the first of them show no change the others are judged too, until one does.
@@ -173,16 +173,20 @@ def effect(row: str, factor: float, samples: Sequence[Sample], known: Known) -> 
     named: list[tuple[int, Way]] = [(at, "name") for at, way in order if way == "word" and samples[at].label == "bug"]
     tried: list[tuple[int, Way]] = []
     after: list[Said] = []
-    with with_number(row, factor):
-        for count, key in enumerate((*first, *rest, *named[:ALSO_NAMED])):
-            if count >= len(first) and [known[other].said for other in tried] != after:
-                break
-            tried.append(key)
-            try:
-                with at_most(MOST * max(1.0, known[key].seconds)):
-                    after.append(judged(samples[key[0]], key[1]))
-            except Exception as error:
-                return {"judged": len(tried), "fails": f"{type(error).__name__}: {error}"}
+    for keys in (first, (*rest, *named[:ALSO_NAMED])):
+        drawn = [samples[at].sample for at, _ in keys]  # by the modules as they are
+        with with_number(row, factor):
+            for key, sample in zip(keys, drawn, strict=True):
+                if keys is not first and [known[other].said for other in tried] != after:
+                    break
+                tried.append(key)
+                try:
+                    with at_most(MOST * max(1.0, known[key].seconds)):
+                        after.append(judged(sample, key[1]))
+                except Exception as error:
+                    return {"judged": len(tried), "fails": f"{type(error).__name__}: {error}"}
+        if [known[key].said for key in tried] != after:
+            break
     return {"judged": len(tried), **differences([known[key].said for key in tried], after)}
 
 
@@ -192,17 +196,19 @@ def measure(out: Path, rows: Sequence[str]) -> None:
     known = noted(samples, out.with_suffix(".reads.json"))
     told: dict[str, dict[str, object]] = json.loads(out.read_text("utf-8"))["rows"] if out.exists() else {}
     words = [known[at, sample.ways[0]].said.word for at, sample in enumerate(samples) if not sample.card]
-    sizes = {
+    reads = {row: len(readers(row, samples, known)) for row in EVERY}
+    about = {
         "pictures": len(words),
         "cards": sum(sample.card for sample in samples),
         "words": {word: words.count(word) for word in words},
+        "reads": reads,
     }
+    write_json(out, {**about, "rows": told})
     for row in rows:
-        if row in told:
+        if row in told or not reads[row]:
             continue
-        reading: dict[str, object] = {"read": len(readers(row, samples, known))}
-        told[row] = reading | {kind: effect(row, factor, samples, known) for kind, factor in FACTORS.items()}
-        write_json(out, {**sizes, "rows": told})
+        told[row] = {kind: effect(row, factor, samples, known) for kind, factor in FACTORS.items()}
+        write_json(out, {**about, "rows": told})
         print(row, json.dumps(told[row]), flush=True)
 
 

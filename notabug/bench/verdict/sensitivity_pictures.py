@@ -11,6 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
@@ -29,6 +30,7 @@ PICTURES = {"clean": 20, "limitation": 20, "bug": 24}  # of each label
 CARD_SIDE = 64  # pixels: of a smaller one no tone has enough pixels
 TINY = 10  # pixels: fewer than a gain of the whole picture needs are smooth
 Picture = npt.NDArray[np.float32]
+Edit = Callable[[Picture], npt.NDArray[np.floating]]
 Way = Literal["word", "eye", "name", "card"]
 WAYS: tuple[Way, ...] = ("word", "eye", "name")
 """How a picture is judged, the quickest first: for its word, for what an eye sees too, for the name of a bug too."""
@@ -46,10 +48,6 @@ class Sample:
     pictures: tuple[Picture, ...]
     declared: Mapping[str, object]
     card: bool = False
-
-    @property
-    def ways(self) -> tuple[Way, ...]:
-        return ("card",) if self.card else WAYS
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,12 +95,42 @@ def _clean(name: str, side: int, condition_name: str) -> Sample:
     return Sample("clean", scene, tuple(written(shot, condition) for shot in shots), asdict(condition.declaration()))
 
 
-def _edited(sample: Sample, edit: Callable[[Picture], npt.NDArray[np.floating]], **declared: object) -> Sample:
-    pictures = tuple(np.ascontiguousarray(edit(picture), np.float32) for picture in sample.pictures)
-    return replace(sample, label="bug", pictures=pictures, declared={**sample.declared, **declared})
+Drawing = Callable[[], Sample]
 
 
-def _with_pixel(value: float) -> Callable[[Picture], Picture]:
+@dataclass(frozen=True)
+class Planned:
+    """A picture of the sample that is drawn when it is first asked for: a bench that goes on draws few of them."""
+
+    label: str
+    draw: Drawing
+    card: bool = False
+
+    @cached_property
+    def sample(self) -> Sample:
+        return replace(self.draw(), label=self.label, card=self.card)
+
+    @property
+    def ways(self) -> tuple[Way, ...]:
+        return ("card",) if self.card else WAYS
+
+
+def _changed(base: Planned, edit: Edit, label: str = "bug", **declared: object) -> Planned:
+    """``base`` with each of its pictures changed by ``edit``, and with further fields ``declared``."""
+
+    def draw() -> Sample:
+        drawn = base.sample
+        pictures = tuple(np.ascontiguousarray(edit(picture), np.float32) for picture in drawn.pictures)
+        return replace(drawn, pictures=pictures, declared={**drawn.declared, **declared})
+
+    return Planned(label, draw, base.card)
+
+
+def _right(name: str, side: int, condition: str, *, card: bool = False) -> Planned:
+    return Planned("clean", partial(_clean, name, side, condition), card)
+
+
+def _with_pixel(value: float) -> Edit:
     def edit(picture: Picture) -> Picture:
         spoilt = picture.copy()
         spoilt[0, 0] = value
@@ -111,48 +139,89 @@ def _with_pixel(value: float) -> Callable[[Picture], Picture]:
     return edit
 
 
-def rare() -> Iterator[Sample]:
+def _times(gain: float) -> Edit:
+    return lambda picture: picture * gain
+
+
+def rare() -> Iterator[Planned]:
     """Pictures for numbers that decide only in such: values next to the limits, few pixels, more or less light."""
-    ball = _clean("terminator/sphere", SIDE, "box")
+    ball = _right("terminator/sphere", SIDE, "box")
     for value in (-1.5e-6, -0.7e-6, 1.5e15, 0.7e15):
-        yield _edited(ball, _with_pixel(value))
+        yield _changed(ball, _with_pixel(value))
+    yield from small_pictures()
+    for gain in (math.pi, 1.006, 0.0):
+        yield _changed(ball, _times(gain))
+
+
+def small_pictures() -> Iterator[Planned]:
+    """Pictures of few pixels, right and too bright."""
     for side in (TINY, 2 * TINY):
         for condition in ("box", "16 samples", "8-bit sRGB"):
-            small = _clean("terminator/sphere", side, condition)
+            small = _right("terminator/sphere", side, condition)
             yield small
             for gain in (1.02, 1.2):
-                yield _edited(small, lambda picture, gain=gain: picture * gain)  # type: ignore[misc]
-    for gain in (math.pi, 1.006, 0.0):
-        yield _edited(ball, lambda picture, gain=gain: picture * gain)  # type: ignore[misc]
+                yield _changed(small, _times(gain))
 
 
-def cards() -> Iterator[Sample]:
+def cards() -> Iterator[Planned]:
     """The calibration card as right and as wrong adapters give it."""
     from scipy import ndimage
 
-    yield replace(_clean("calibration/card", CARD_SIDE, "16 samples"), card=True)
-    card = replace(_clean("calibration/card", CARD_SIDE, "box"), card=True)
+    yield _right("calibration/card", CARD_SIDE, "16 samples", card=True)
+    card = _right("calibration/card", CARD_SIDE, "box", card=True)
     yield card
     for shift in (0.07, 0.15):
-        yield _edited(card, lambda picture, by=shift: ndimage.shift(picture, (0, by, 0), order=3, mode="nearest"))  # type: ignore[misc]
+        yield _changed(card, partial(ndimage.shift, shift=(0, shift, 0), order=3, mode="nearest"))
     for gain in (1.003, 1.006, 2.0):
-        yield _edited(card, lambda picture, gain=gain: picture * gain)  # type: ignore[misc]
+        yield _changed(card, _times(gain))
     for gamma in (1.007, 1.015):
-        yield _edited(card, lambda picture, gamma=gamma: np.maximum(picture, 0.0) ** gamma)  # type: ignore[misc]
+        yield _changed(card, partial(_powered, gamma=gamma))
     for scale in (1.002, 1.005):
-        yield _edited(card, lambda picture, scale=scale: zoomed(picture, scale))  # type: ignore[misc]
+        yield _changed(card, partial(zoomed, scale=scale))
     for filter_name, width in (("point", 0.3), ("box", 0.3), ("box", 0.6), ("tent", 0.6), ("tent", 1.0)):
-        blur = lambda picture, width=width: ndimage.gaussian_filter(picture, (width, width, 0))  # noqa: E731
-        yield _edited(card, blur, filter=filter_name)
-    yield _edited(card, encoded)
-    yield _edited(card, lambda picture: picture[::-1])
-    yield _edited(card, np.zeros_like)
-    yield replace(_clean("terminator/sphere", CARD_SIDE, "box"), scene=card.scene, card=True, label="bug")
+        blur = partial(ndimage.gaussian_filter, sigma=(width, width, 0))
+        yield _changed(card, blur, filter=filter_name)
+    yield _changed(card, encoded)
+    yield _changed(card, np.flipud)
+    yield _changed(card, np.zeros_like)
+    yield Planned("bug", lambda: replace(_clean("terminator/sphere", CARD_SIDE, "box"), scene=card.sample.scene), True)
 
 
-def every() -> list[Sample]:
+def _powered(picture: Picture, gamma: float) -> npt.NDArray[np.floating]:
+    return np.asarray(np.maximum(picture, 0.0) ** gamma)
+
+
+def _limited(name: str, scene: str, condition: str, **variants: str) -> Planned:
+    """A picture with the limitation of that name, by a renderer that declares nothing of it."""
+    said = tuple(sorted(variants.items()))
+    group = Group("limitation", name, "", 1.0, scene, said, 0, "tuning", (condition,), SIDE)
+    return Planned("limitation", partial(taken, group, condition))
+
+
+def single() -> Iterator[Planned]:
+    """Pictures for numbers that decide where there is one seed, one sample, or a light with a size."""
+    for name in ("terminator/sphere", "area_shadows/penumbra"):
+        noisy = _right(name, SIDE, "4 samples")
+        yield Planned("noise", partial(_first_of, noisy))
+        yield Planned("noise", partial(_first_of, _changed(noisy, _times(1.1))))
+    centres = _right("area_shadows/penumbra", SIDE // 2, "point")
+    yield centres
+    yield _changed(centres, _times(1.006))
+    yield _limited("shadow_map_acne", "shadow_map/slopes", "point")
+    yield _limited("shadow_map_acne", "shadow_map/slopes", "4 samples")
+    yield _limited("coincident_surfaces", "visibility/coincident_planes", "16 samples")
+    yield _limited("acne", "acne/sphere", "gaussian", camera_distance="1e3")
+    yield _changed(_right("texture/uneven_quad", TINY, "16 samples"), _times(0.98))
+
+
+def _first_of(seeds: Planned) -> Sample:
+    return replace(seeds.sample, pictures=seeds.sample.pictures[:1])
+
+
+def every() -> list[Planned]:
     """All of them, in an order that is fixed."""
-    return [*(taken(group, condition) for group, condition in chosen()), *rare(), *cards()]
+    drawn = (Planned(group.label, partial(taken, group, condition)) for group, condition in chosen())
+    return [*drawn, *rare(), *cards(), *single()]
 
 
 def judged(sample: Sample, way: Way) -> Said:
