@@ -99,7 +99,7 @@ def nearer(
 
 
 def _spread(places: Places) -> Places:
-    """At least `quick.told_by` of ``places`` (n,), and at most twice as many, evenly spread; all where they are fewer."""
+    """At least `quick.told_by` of ``places`` (n,), at most twice as many, evenly spread; all if they are fewer."""
     return places[:: max(1, places.size // POLICY.quick.told_by)]
 
 
