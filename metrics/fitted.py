@@ -34,9 +34,8 @@ def fitted(bug: Bug, fault: Model) -> Iterator[Name]:
     bare = nearest = fit(measured, (), predict, (fault,))
     yield named(bug, fault, bare)
     closer = fault
-    if (
-        fault.at is not None and POLICY.fitted.nearly < remains(bug, bare) < POLICY.bug_leg.hope
-    ):  # quick pictures gave a rough strength
+    # quick pictures gave a rough strength
+    if fault.at is not None and POLICY.fitted.nearly < remains(bug, bare) < POLICY.bug_leg.hope:
         closer = refined(fault, changed_by(measured, predict(())), predict, bug.scale)
     if bare.significance.excess > 0:
         others = [
@@ -59,9 +58,8 @@ def fitted(bug: Bug, fault: Model) -> Iterator[Name]:
         yield Name(fault.name, fault.claim, leaves, misfit, strengths=fault.made_of, rare=fault.rare)
     if closer.strength != fault.strength:
         yield from fitted(bug, replace(closer, at=None))
-    if (
-        fault.placed is not None and POLICY.names.nothing < remains(bug, nearest) < POLICY.bug_leg.hope
-    ):  # behind what is missing more may be
+    # behind what is missing more may be
+    if fault.placed is not None and POLICY.names.nothing < remains(bug, nearest) < POLICY.bug_leg.hope:
         more = fault.placed(nearest.significance.pixels)
         if more is not None:
             yield from fitted(bug, more)

@@ -48,9 +48,8 @@ def name_bug(
     reference = predict(())
     look = lattice(*reference.edge.shape)
     bug = Bug(measured, found, limitations, predict, preview, worth(measured, reference), look)
-    exact = POLICY.names.exact * min(
-        1.0, bug.misfit(found.target)
-    )  # what leaves less leaves nothing for another to explain
+    # what leaves less leaves nothing for another to explain
+    exact = POLICY.names.exact * min(1.0, bug.misfit(found.target))
     wholes = whole_picture(bug)
     # a ball of another shading is nearly that ball upside down: a turn, which blends nothing, must leave nothing
     said = (name for name, cause in wholes if not cause.turn or name.remains <= POLICY.names.nothing)

@@ -118,10 +118,12 @@ def noted(samples: Sequence[Planned], kept: Path) -> Known:
     The numbers of a way are those that no quicker way reads.
     """
     known: dict[tuple[int, Way], Plain] = {}
+    places = {planned.name: at for at, planned in enumerate(samples)}
     if kept.exists():
-        for at, way, said, rows, seconds in json.loads(kept.read_text("utf-8")):
-            said = Said(**{**said, "bugs": tuple(said["bugs"]), "limitations": tuple(said["limitations"])})
-            known[at, way] = Plain(said, tuple(rows), seconds)
+        for name, way, said, rows, seconds in json.loads(kept.read_text("utf-8")):
+            if name in places:
+                said = Said(**{**said, "bugs": tuple(said["bugs"]), "limitations": tuple(said["limitations"])})
+                known[places[name], way] = Plain(said, tuple(rows), seconds)
     missing = [at for at, planned in enumerate(samples) if not all((at, way) in known for way in planned.ways)]
     drawn = {at: samples[at].sample for at in missing}  # by the modules as they are
     with noting() as judge:
@@ -133,7 +135,10 @@ def noted(samples: Sequence[Planned], kept: Path) -> Known:
                     said, rows = judge.of(partial(judged, sample, way))
                     known[at, way] = Plain(said, tuple(sorted(rows - before)), time.process_time() - begun)
                     before |= rows
-            told = [(*key, asdict(plain.said), plain.rows, plain.seconds) for key, plain in known.items()]
+            told = [
+                (samples[number].name, way, asdict(plain.said), plain.rows, plain.seconds)
+                for (number, way), plain in known.items()
+            ]
             kept.write_text(json.dumps(told), "utf-8")
     return known
 

@@ -100,11 +100,15 @@ Drawing = Callable[[], Sample]
 
 @dataclass(frozen=True)
 class Planned:
-    """A picture of the sample that is drawn when it is first asked for: a bench that goes on draws few of them."""
+    """A picture of the sample that is drawn when it is first asked for: a bench that goes on draws few of them.
+
+    ``name`` tells it from the others, also where another version of the design holds other pictures.
+    """
 
     label: str
     draw: Drawing
     card: bool = False
+    name: str = ""
 
     @cached_property
     def sample(self) -> Sample:
@@ -220,8 +224,13 @@ def _first_of(seeds: Planned) -> Sample:
 
 def every() -> list[Planned]:
     """All of them, in an order that is fixed."""
-    drawn = (Planned(group.label, partial(taken, group, condition)) for group, condition in chosen())
-    return [*drawn, *rare(), *cards(), *single()]
+    planned = [
+        Planned(group.label, partial(taken, group, condition), name=f"{group.key()} {condition}")
+        for group, condition in chosen()
+    ]
+    for made in (rare, cards, single):
+        planned += [replace(picture, name=f"{made.__name__} {number}") for number, picture in enumerate(made())]
+    return planned
 
 
 def judged(sample: Sample, way: Way) -> Said:

@@ -17,8 +17,8 @@ import pytest
 
 from notabug.bench.verdict.numbers import changed, found, scaled
 from notabug.bench.verdict.reads import EVERY, named, noting
-from notabug.bench.verdict.sensitivity import FACTORS, at_most, differences, with_number
-from notabug.bench.verdict.sensitivity_pictures import WAYS, Said, Sample, Way, judged, small_pictures
+from notabug.bench.verdict.sensitivity import FACTORS, at_most, differences, noted, readers, with_number
+from notabug.bench.verdict.sensitivity_pictures import WAYS, Planned, Said, Sample, Way, judged, small_pictures
 from notabug.metrics.policy import POLICY, value_of, with_value
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -144,8 +144,8 @@ def ball() -> Sample:
 @pytest.fixture(scope="module")
 def read(ball: Sample) -> dict[Way, tuple[Said, frozenset[str]]]:
     before = importlib.import_module("notabug.metrics.judge")
-    with noting() as noted, noted.fresh():
-        found = {way: noted.of(partial(judged, ball, way)) for way in WAYS}
+    with noting() as judge, judge.fresh():
+        found = {way: judge.of(partial(judged, ball, way)) for way in WAYS}
     assert importlib.import_module("notabug.metrics.judge") is before
     return found
 
@@ -158,6 +158,20 @@ def test_reads_are_noted_wherever_a_number_is_used(read: dict[Way, tuple[Said, f
     assert {"names.better", "calibration.shift", "perceive.white"}.isdisjoint(rows)
     assert "perceive.white" in read["eye"][1]
     assert "causes.black" in read["name"][1]
+
+
+def test_what_was_noted_is_known_by_its_name_and_not_drawn_again(tmp_path: Path, ball: Sample) -> None:
+    kept = tmp_path / "some.reads.json"
+    first = noted([Planned("bug", lambda: ball, name="one")], kept)
+
+    def never() -> Sample:
+        raise AssertionError("it was judged already")
+
+    again = noted([Planned("clean", lambda: ball, name="new"), Planned("bug", never, name="one")], kept)
+    assert {way: again[1, way] for way in WAYS} == {way: first[0, way] for way in WAYS}
+    assert (0, "word") in again
+    row = "references.tracer.precision.RELATIVE"
+    assert readers(row, [Planned("clean", never), Planned("bug", never)], again) == [(1, "word"), (0, "word")]
 
 
 def test_what_is_noted_says_the_same_as_what_is_not(ball: Sample, read: dict[Way, tuple[Said, frozenset[str]]]) -> None:
