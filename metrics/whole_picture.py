@@ -111,9 +111,8 @@ def moved_rays(bug: Bug) -> Iterator[Name]:
         if min((each.remains for each in names), default=1.0) <= POLICY.names.nothing:
             return
         left = refined_shift(mean, bug.predict((model,)).value, (0.0, 0.0))
-        if (
-            place == 0 and max(map(abs, left)) > POLICY.causes.same_shift
-        ):  # full pictures tell it better than blurred ones
+        # full pictures tell it better than blurred ones
+        if place == 0 and max(map(abs, left)) > POLICY.causes.same_shift:
             vectors.insert(1, (vector[0] + left[0], vector[1] + left[1]))
 
 
