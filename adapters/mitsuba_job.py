@@ -230,7 +230,7 @@ def _wrapping(scene: Scene, index: int) -> tuple[str, Grown | None]:
 def _textures(scene: Scene, arrays: Arrays) -> dict[str, MitsubaTexture]:
     found: dict[str, MitsubaTexture] = {}
     normals = {each.preview.normal_map for each in scene.materials if each.preview is not None}
-    for index in sorted(set().union(*(scene.materials[each.material].textures for each in scene.objects))):
+    for index in sorted(scene.shown_textures):
         wrap, grown = _wrapping(scene, index)
         pixels = grown.pixels if grown else scene.textures[index].pixels
         arrays[f"texture{index}"] = ((pixels + 1.0) / 2.0 if index in normals else pixels).astype(np.float32)

@@ -23,13 +23,6 @@ from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
 
-TOLD = POLICY.bug_leg.told
-FARTHER = POLICY.bug_leg.farther
-FEW_TOLD = POLICY.bug_leg.few_told
-HOPE = POLICY.bug_leg.hope
-CLIP = POLICY.likely.clip
-LEAST_TOLD = POLICY.quick.least_told
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bug:
@@ -65,7 +58,9 @@ class Bug:
 
     def misfit_on_lattice(self, value: Floats) -> float:
         """Mean |deviation| from ``value`` off the edges, in units of tolerance and noise, large ones cut off."""
-        off = np.minimum(np.abs(self.look.of(self.measured.mean) - value) / self.look.of(self.scale), CLIP)
+        off = np.minimum(
+            np.abs(self.look.of(self.measured.mean) - value) / self.look.of(self.scale), POLICY.likely.clip
+        )
         smooth = ~self.look.of(self.predict(()).edge)
         return float(off[smooth].mean() if smooth.any() else off.mean())
 
@@ -78,7 +73,7 @@ class Bug:
         if cause.of_values is None:
             return False
         value = self.look.of(base.value)
-        return self.misfit_on_lattice(cause.of_values(value)) > FARTHER * self.misfit_on_lattice(value)
+        return self.misfit_on_lattice(cause.of_values(value)) > POLICY.bug_leg.farther * self.misfit_on_lattice(value)
 
     def told(self) -> Bools:
         """The wrong pixels (rows, columns), on the lattice, of which quick pictures tell; none where they are few.
@@ -88,9 +83,12 @@ class Bug:
         picture, reference = self.measured.mean, self.predict(())
         wrong = self.found.significance.pixels
         unseen = largest(np.abs(self.preview(()) - reference.value))
-        told = wrong & ~reference.edge & (unseen < TOLD * largest(np.abs(picture - reference.value)))
+        told = wrong & ~reference.edge & (unseen < POLICY.bug_leg.told * largest(np.abs(picture - reference.value)))
         at = self.look.of(told)
-        enough = np.count_nonzero(told) >= LEAST_TOLD * np.count_nonzero(wrong) and np.count_nonzero(at) >= FEW_TOLD
+        enough = (
+            np.count_nonzero(told) >= POLICY.quick.least_told * np.count_nonzero(wrong)
+            and np.count_nonzero(at) >= POLICY.bug_leg.few_told
+        )
         return at if enough else np.zeros_like(at)
 
     def is_hopeless(self, fault: Model, at: Bools) -> bool:
@@ -114,7 +112,7 @@ class Bug:
                 nearest = end
             was, left = (largest(np.abs(picture - value)) for value in (start, nearest))
             of_pixels = np.minimum(left / np.maximum(was, 1e-30), 1.0).mean()
-            if of_pixels < HOPE or np.minimum(left, was).sum() < HOPE * was.sum():
+            if of_pixels < POLICY.bug_leg.hope or np.minimum(left, was).sum() < POLICY.bug_leg.hope * was.sum():
                 return False
         return True
 

@@ -41,7 +41,7 @@ _ADVICE = {
 class Reading:
     """What a picture of the card shows.
 
-    ``orientation`` is "" or a key of ADVICE; ``channels`` the card's channels in the picture's order ("rgb");
+    ``orientation`` is "" or a key of ``_ADVICE``; ``channels`` the card's channels in the picture's order ("rgb");
     ``gain`` and ``gamma`` those of value = gain * card ** gamma; ``srgb`` that the transfer is sRGB's; ``shift`` in
     pixels (right, down); ``scale`` the magnification; ``width`` the standard deviation of the pixel filter in pixels
     (a box has 0.29); ``noise`` the deviation between seeds over the mean; ``repeats`` whether the same seed gave the

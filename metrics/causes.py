@@ -30,7 +30,8 @@ class Cause:
 
     ``numbers`` are what the verdict then prints in the place of those that only a picture without a bug leg has.
     ``of_values`` is what it makes of values (..., 3), where it changes each pixel by itself. ``strengths`` are the
-    numbers of which ``cause_called`` makes it again. A ``turn`` moves pixels as a whole: it leaves nothing to a blend.
+    numbers of which ``cause_called`` makes it again. A ``turn`` puts pixels elsewhere as a whole: it
+    leaves nothing to a blend. A shift ``moves`` all of them by two numbers.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Cause:
     of_values: Callable[[Floats], Floats] | None = None
     strengths: tuple[float, ...] = ()
     turn: bool = False
+    moves: bool = False
 
 
 def changed(to: Admissible, change: Callable[[Floats], Floats]) -> Admissible:
@@ -74,7 +76,7 @@ def _shift(mean: Floats, dx: float, dy: float) -> Cause:
     def under(to: Admissible) -> Admissible:
         return without_border(changed(to, lambda a: shifted(a, dx, dy)), mean, dx, dy)
 
-    return Cause("pixel_shift", shift_message(dx, dy), under, shift_numbers(dx, dy), strengths=(dx, dy))
+    return Cause("pixel_shift", shift_message(dx, dy), under, shift_numbers(dx, dy), strengths=(dx, dy), moves=True)
 
 
 def _gain(gain: float) -> Cause:

@@ -7,9 +7,10 @@ tells, of facets and in mirrors, and shadow rays that leave a silhouette: a ray 
 the next one, so that a pixel is dark where it should be lit, or lit by a light that is blocked there. Such a pixel is
 no brighter than what lies around it, of many samples one or two are astray, it lies alone, and it is rare.
 
-Chance makes no groups. Of N pixels along edges, each wrong by itself with the chance RATE, about 20 N RATE^3 are groups
-of three that touch, 20 being the number of their shapes: for N = 400 one picture in 1,000. So three or more that touch,
-a contact shadow or a triangle of four pixels, are a bug. Of pairs there are 4 N RATE^2, one in 25 pictures.
+Chance makes no groups. Let N pixels lie along edges, each wrong by itself with a chance r (`excused.rate` in the
+policy). A group of three that touch has 20 shapes, so there are about 20 N r^3 of them: for N = 400 one picture in
+1,000. So three or more that touch, a contact shadow or a triangle of four pixels, are a bug. There are 4 N r^2 pairs,
+one in 25 pictures.
 """
 
 from __future__ import annotations

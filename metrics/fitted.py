@@ -23,20 +23,6 @@ from notabug.references.models.model import Edit, Model, excluded_by
 
 Floats = npt.NDArray[np.floating]
 
-CHOICE = POLICY.fitted.choice
-FREE = POLICY.fitted.free
-NEARLY = POLICY.fitted.nearly
-SHORTER = POLICY.explain.shorter
-HOPE = POLICY.bug_leg.hope
-NOTHING = POLICY.names.nothing
-LARGEST_GROWN = POLICY.explain.largest_grown
-LEAST_TOUCHED = POLICY.rules.least_touched
-
-GONE = frozenset({"face_missing", "object_missing"})
-OR_BLACK = ", or drawn black, as where their normals point away from the light"
-BLACK = POLICY.fitted.black
-ALL_BLACK = POLICY.fitted.all_black
-
 
 def fitted(bug: Bug, fault: Model) -> Iterator[Name]:
     """How well ``fault`` fits: alone, beside limitations, closer to the strength that fits, and here and there."""
@@ -48,7 +34,8 @@ def fitted(bug: Bug, fault: Model) -> Iterator[Name]:
     bare = nearest = fit(measured, (), predict, (fault,))
     yield named(bug, fault, bare)
     closer = fault
-    if fault.at is not None and NEARLY < remains(bug, bare) < HOPE:  # quick pictures gave a rough strength
+    # quick pictures gave a rough strength
+    if fault.at is not None and POLICY.fitted.nearly < remains(bug, bare) < POLICY.bug_leg.hope:
         closer = refined(fault, changed_by(measured, predict(())), predict, bug.scale)
     if bare.significance.excess > 0:
         others = [
@@ -61,17 +48,18 @@ def fitted(bug: Bug, fault: Model) -> Iterator[Name]:
                 nearest = min(nearest, beside, key=lambda each: each.significance.excess)
                 if nearest.significance.excess == 0:
                     break
-        if nearest.models and nearest.significance.excess > 0 and remains(bug, nearest) < HOPE:
+        if nearest.models and nearest.significance.excess > 0 and remains(bug, nearest) < POLICY.bug_leg.hope:
             yield from _grown(bug, fault, nearest)
     if fault.local and fault.rule == "choice" and _touches(measured, found.target, predict((fault,))):
         patched = patchwork(measured, found.target, predict((fault,)))
         left = significance(residual(measured.mean, patched), measured, patched)
         leaves = bug.remains(left, still=bool(left.triggers))
-        misfit = bug.misfit(patched) * FREE + CHOICE
-        yield Name(fault.name, fault.claim, leaves, misfit, strengths=fault.made_of)
+        misfit = bug.misfit(patched) * POLICY.fitted.free + POLICY.fitted.choice
+        yield Name(fault.name, fault.claim, leaves, misfit, strengths=fault.made_of, rare=fault.rare)
     if closer.strength != fault.strength:
         yield from fitted(bug, replace(closer, at=None))
-    if fault.placed is not None and NOTHING < remains(bug, nearest) < HOPE:  # behind what is missing more may be
+    # behind what is missing more may be
+    if fault.placed is not None and POLICY.names.nothing < remains(bug, nearest) < POLICY.bug_leg.hope:
         more = fault.placed(nearest.significance.pixels)
         if more is not None:
             yield from fitted(bug, more)
@@ -82,7 +70,7 @@ def _grown(bug: Bug, fault: Model, nearest: Explanation) -> Iterator[Name]:
 
     A renderer has all of its conventions and limitations at once, and a fault hides them from a search without it.
     """
-    while remains(bug, nearest) > NOTHING and len(nearest.models) < LARGEST_GROWN:
+    while remains(bug, nearest) > POLICY.names.nothing and len(nearest.models) < POLICY.explain.largest_grown:
         others = [
             (*nearest.models, each)
             for each in bug.limitations
@@ -93,7 +81,7 @@ def _grown(bug: Bug, fault: Model, nearest: Explanation) -> Iterator[Name]:
         ]
         fits = [fit(bug.measured, models, bug.predict, (fault,)) for models in others]
         best = min(fits, key=lambda each: each.significance.excess, default=nearest)
-        if best.significance.excess > SHORTER * nearest.significance.excess:
+        if best.significance.excess > POLICY.explain.shorter * nearest.significance.excess:
             return
         yield named(bug, fault, best)
         nearest = best
@@ -107,8 +95,8 @@ def remains(bug: Bug, found: Explanation) -> float:
 def named(bug: Bug, fault: Model, found: Explanation) -> Name:
     """``fault`` as a name for the bug, of which ``found`` is what it and the limitations beside it explain."""
     off = bug.misfit(found.target)
-    claim = fault.claim + (OR_BLACK if fault.name in GONE and _leaves_black(bug, found) else "")
-    numbers = {"gain": fault.strength} if fault.name == "light_gain" else {}
+    claim = fault.claim + (fault.if_black if fault.if_black and _leaves_black(bug, found) else "")
+    numbers = {fault.number: fault.strength} if fault.number else {}
     if fault.rule == "choice":
         axes = 1 if fault.jointly else fault.axes  # a model of one axis tells how many there are
         return Name(
@@ -120,16 +108,30 @@ def named(bug: Bug, fault: Model, found: Explanation) -> Name:
             numbers=numbers,
             axes=axes,
             strengths=fault.made_of,
+            moves=bool(fault.moves),
+            rare=fault.rare,
         )
-    free = (found.freedom, fault.rule == "any")
-    return Name(fault.name, claim, remains(bug, found), off * FREE + CHOICE, found, *free, strengths=fault.made_of)
+    return Name(
+        fault.name,
+        claim,
+        remains(bug, found),
+        off * POLICY.fitted.free + POLICY.fitted.choice,
+        found,
+        found.freedom,
+        fault.rule == "any",
+        strengths=fault.made_of,
+        rare=fault.rare,
+    )
 
 
 def _leaves_black(bug: Bug, found: Explanation) -> bool:
     """Whether all that the fault takes away leaves black, as the very surfaces do where no light reaches them."""
     was, left = (largest(np.asarray(each.value, np.float64)) for each in (bug.predict(()), found.target))
-    changed = np.abs(was - left) > BLACK * float(was.max(initial=0.0))
-    return bool(changed.any()) and float((left[changed] <= BLACK * was[changed]).mean()) >= ALL_BLACK
+    changed = np.abs(was - left) > POLICY.fitted.black * float(was.max(initial=0.0))
+    return (
+        bool(changed.any())
+        and float((left[changed] <= POLICY.fitted.black * was[changed]).mean()) >= POLICY.fitted.all_black
+    )
 
 
 def _is_there(bug: Bug, fault: Model, darkened: Edit) -> bool:
@@ -142,14 +144,14 @@ def _is_there(bug: Bug, fault: Model, darkened: Edit) -> bool:
     acts = support(reference, dark) & support(reference, gone) & ~reference.edge
     target = bug.found.target
     wrong = acts & (largest(np.abs(residual(bug.measured.mean, target)) - target.tau) > 0)
-    return bool(acts.any()) and float(wrong.sum()) < LEAST_TOUCHED * float(acts.sum())
+    return bool(acts.any()) and float(wrong.sum()) < POLICY.rules.least_touched * float(acts.sum())
 
 
 def _touches(measured: Measured, base: Admissible, other: Admissible) -> bool:
     """Whether a local fault could be more than a few wrong pixels of what it acts on."""
     acts = support(base, other)
     wrong = acts & (largest(np.abs(residual(measured.mean, base)) - base.tau) > 0)
-    return float(wrong.sum()) >= LEAST_TOUCHED * float(acts.sum())
+    return float(wrong.sum()) >= POLICY.rules.least_touched * float(acts.sum())
 
 
 def _nearer(bug: Bug, start: Explanation, models: tuple[Model, ...]) -> bool:

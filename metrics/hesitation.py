@@ -167,9 +167,8 @@ def _one_sample(found: Explanation, reference: Admissible, scene: Scene) -> tupl
     least, most = np.minimum(low, found.target.lo), np.maximum(high, found.target.hi)
     bends = any(each.sends_on for each in scene.materials)
     if len(scene.lights) > 1 or bends:
-        most = (
-            np.full_like(most, 3 * float(most.max())) if bends else most
-        )  # the surface, its mirror ray, its refracted one
+        if bends:  # the surface, its mirror ray, its refracted one
+            most = np.full_like(most, 3 * float(most.max()))
         most = max(1, len(scene.lights)) * most
         least = np.zeros_like(least)
         variance = most_variance(most - least)

@@ -12,7 +12,7 @@ from notabug.metrics.verdict import Finding
 
 
 def finite(values: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
-    """Which ``values`` can be reckoned with: those that are no NaN, not infinite, and no larger than LARGEST."""
+    """Which ``values`` can be reckoned with: no NaN, no infinity, none larger than `image_checks.largest`."""
     return np.asarray(np.abs(values) <= POLICY.image_checks.largest, np.bool_)  # a NaN is not
 
 

@@ -12,30 +12,26 @@ import numpy.typing as npt
 from notabug.adapters.base import Declaration
 from notabug.adapters.spheres import as_given
 from notabug.metrics import perceive as eye
-from notabug.metrics.admissible import Admissible, admissible, reckonable, residual, suspected
+from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.causes import gain_message
 from notabug.metrics.channels import largest, pixels, put
+from notabug.metrics.expected import expected
 from notabug.metrics.explain import Explanation, beside_faults, explain, few_wrong
 from notabug.metrics.global_fit import untold_gain
 from notabug.metrics.hesitation import hesitation
-from notabug.metrics.image_checks import box, finite, invalid
+from notabug.metrics.image_checks import box, invalid
 from notabug.metrics.image_filters import Bools, widened
-from notabug.metrics.leeway import leeway
 from notabug.metrics.names import UNNAMED, Name
 from notabug.metrics.naming import Others, name_bug, possible
-from notabug.metrics.noise import Measured, in_tiles, measure
+from notabug.metrics.noise import Measured, in_tiles
 from notabug.metrics.policy import POLICY
-from notabug.metrics.predictions import Predictions
 from notabug.metrics.second_look import doubtful, shared_out
 from notabug.metrics.sets import admitted, stated_conventions
 from notabug.metrics.telling import doing
 from notabug.metrics.verdict import Finding, Leg, Verdict, Word
 from notabug.references.models.camera import shift_message
 from notabug.references.models.model import Model, models
-from notabug.references.predict import centre_error, predict
-from notabug.references.tracer.envelope import Envelope
 from notabug.references.tracer.precision import RELATIVE
-from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
@@ -76,19 +72,12 @@ def judge(
     """
     scene = as_given(scene, declaration)
     doing("predicts the reference")
-    bare = predict(scene, ())
-    if not reckonable(bare):
-        raise _no_reference(scene, bare)
-    unsure = centre_error(scene, bare) if declaration.filter == "point" else None
-    reference = admissible(bare, declaration, tolerance, unsure=unsure)
+    against = expected(scene, declaration, tolerance)
     wrong = invalid(pictures, scene.height, scene.width)
     if wrong is not None:
-        return _refused(wrong, pictures, reference)
-    measured = measure(pictures, reference.edge, declaration.samples if declaration.filter in ("point", "box") else 0)
-    moved = leeway(scene, bare) if suspected(measured, bare, reference, declaration) else None
-    if moved is not None:
-        reference = admissible(bare, declaration, tolerance, leeway=moved, unsure=unsure)
-    predicted = Predictions(scene, bare, reference, declaration, tolerance, moved, unsure)
+        return _refused(wrong, pictures, against.admitted)
+    measured, predicted = against.measure(pictures)
+    reference = predicted(())
     known = list(models(scene))
     open_to = admitted(known, declaration)
     stated = stated_conventions(open_to, declaration)
@@ -115,7 +104,7 @@ def judge(
             beside = beside_faults(open_to, found)
             close = predicted.closely(found.significance.pixels) if few_wrong(found) else predicted
             name = name_bug(measured, found, possible(faults, declaration), beside, close, predicted.preview, others)
-        if name.name == "unexplained":
+        if name is UNNAMED:
             name = _global_name(found) or name
         bug = _bug(name, found, measured, reference)
         # a large gain hides a limitation until it is taken out: the fault's own explanation holds what is beside it
@@ -139,18 +128,6 @@ def judge(
         np.zeros(measured.mean.shape[:2]),
     )
     return _perceived(judgement, found, reference, perceive)
-
-
-def _no_reference(scene: Scene, envelope: Envelope) -> NotabugError:
-    sound = np.logical_and.reduce([finite(each).all(axis=2) for each in (envelope.point, envelope.lo, envelope.hi)])
-    y, x = (int(each) for each in np.argwhere(~sound)[0])
-    return NotabugError(
-        f"the reference is not finite in {int((~sound).sum())} pixels, so no picture can be held against it",
-        where=f"{scene.id} {scene.variant}".rstrip() + f", pixel ({x}, {y})",
-        expected=f"values up to {POLICY.image_checks.largest:g}",
-        do="look there for faces without area, lights at a surface, or huge intensities and exponents; if the scene is"
-        " sound, report it as a fault of notabug",
-    )
 
 
 def _refused(wrong: Finding, pictures: Sequence[Floats], reference: Admissible) -> Judgement:

@@ -20,8 +20,6 @@ from notabug.references.models.model import Model
 Floats = npt.NDArray[np.floating]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
-SIDE = POLICY.lattice.side
-
 
 @dataclass(frozen=True, slots=True)
 class Lattice:
@@ -48,5 +46,5 @@ class Lattice:
 
 
 def lattice(height: int, width: int) -> Lattice:
-    """The lattice of pictures of ``height`` x ``width`` pixels that has the fewest points, but SIDE x SIDE, or all."""
-    return Lattice(height, width, max(1, int(math.sqrt(height * width) / SIDE)))
+    """The lattice with the fewest points of a picture of that size, but `lattice.side` squared of them, or all."""
+    return Lattice(height, width, max(1, int(math.sqrt(height * width) / POLICY.lattice.side)))

@@ -27,27 +27,6 @@ Floats = npt.NDArray[np.floating]
 Quick = Callable[[tuple[Model, ...]], Floats]
 """Quick pictures of sets of models on a lattice, (rows, columns, 3)."""
 
-STEPS = POLICY.likely.steps
-LIKELY = POLICY.likely.likely
-ALIKE = POLICY.likely.alike
-LEAST_ALIKE = POLICY.likely.least_alike
-FEW = POLICY.likely.few
-EQUAL = POLICY.likely.equal
-CLIP = POLICY.likely.clip
-
-WELL = POLICY.likely.well
-FARTHER = POLICY.likely.farther
-MUCH_LESS = POLICY.likely.much_less
-
-JOINT_STEPS = POLICY.likely.joint_steps
-JOINT_TURNS = POLICY.likely.joint_turns
-JOINT_LEAST = POLICY.likely.least
-JOINT_MOST = POLICY.likely.most
-
-RARE = frozenset({"geometry_mirrored", "cracks"})
-"""Faults that are told after others that look alike: a mirrored floor shows what a flipped texture shows, and cracks
-of a fine mesh show dots nearly everywhere."""
-
 
 def likely(
     measured: Measured,
@@ -65,7 +44,7 @@ def likely(
     reference = predict(())
     look = lattice(*reference.edge.shape)
     quick = partial(look.preview, preview)
-    steps = look.blocks(STEPS)
+    steps = look.blocks(POLICY.likely.steps)
     # of edges only what is wrong counts: there quick pictures of the right scene differ from the mean as well
     at = look.of(~reference.edge | found.significance.pixels)[..., None]
     at = at if at.sum() > POLICY.likely.enough else np.ones_like(at)
@@ -79,27 +58,30 @@ def likely(
         starts.append((habits, look.of(measured.mean - predict(habits).value)))
 
     def compared(change: Floats, other: Floats, local: bool, step: int) -> float:
-        a, b = (coarse(np.clip(each / scale, -CLIP, CLIP) * at, step) for each in (change, other))
+        a, b = (
+            coarse(np.clip(each / scale, -POLICY.likely.clip, POLICY.likely.clip) * at, step)
+            for each in (change, other)
+        )
         if local:
             b = b * (largest(np.abs(a)) > 1.0)[..., None]
         product = float(np.linalg.norm(a) * np.linalg.norm(b))
         return abs(float((a * b).sum())) / product if product > 0 else 0.0
 
     def covered(change: Floats, other: Floats) -> float:
-        a = (np.clip(change / scale, -CLIP, CLIP) * at) ** 2
+        a = (np.clip(change / scale, -POLICY.likely.clip, POLICY.likely.clip) * at) ** 2
         return float(a[other != 0].sum() / max(float(a.sum()), 1e-30))
 
     def equal(change: Floats, own: Floats) -> float:
         """The share of what is changed that ``own`` says right: of each value the share of its size."""
-        size = np.minimum(np.abs(change) / scale, CLIP) * at
+        size = np.minimum(np.abs(change) / scale, POLICY.likely.clip) * at
         off = np.minimum(np.abs(change - own) / np.maximum(np.abs(change), scale), 1.0)
-        beside = np.minimum(np.abs(own) / scale, CLIP) * at * (np.abs(change) <= scale)
+        beside = np.minimum(np.abs(own) / scale, POLICY.likely.clip) * at * (np.abs(change) <= scale)
         return 1.0 - float((size * off + beside).sum()) / max(float(size.sum()), 1e-30)
 
     def scored(fault: Model, change: Floats, own: Floats) -> float:
         local = fault.local or fault.rule != "choice"
         score = max(compared(change, own, local, step) for step in steps)
-        if fault.rule == "choice" and fault.at is None and equal(change, own) > EQUAL:
+        if fault.rule == "choice" and fault.at is None and equal(change, own) > POLICY.likely.equal:
             score += 1.0  # of one strength: what is not only alike but the same comes first
         # under "any" what it shows may be anything, where it acts
         return max(score, covered(change, own)) if fault.rule == "any" else score
@@ -125,9 +107,9 @@ def likely(
             score = max(compared(likeliest.change, together, False, step) for step in steps)
             best.append(replace(likeliest, together=score))
         ranked.append(max(best, key=lambda each: each.together))
-    ranked = sorted((each for each in ranked if each.most > LEAST_ALIKE), key=_Ranked.place)
-    alike = sum(each.most > ALIKE for each in ranked)
-    tried_in_turn = sorted(ranked[: min(LIKELY, max(alike, FEW))], key=_Ranked.turn)
+    ranked = sorted((each for each in ranked if each.most > POLICY.likely.least_alike), key=_Ranked.place)
+    alike = sum(each.most > POLICY.likely.alike for each in ranked)
+    tried_in_turn = sorted(ranked[: min(POLICY.likely.likely, max(alike, POLICY.likely.few))], key=_Ranked.turn)
     return [_strengths(each, at, scale, quick, look) for each in tried_in_turn]
 
 
@@ -154,7 +136,7 @@ class _Ranked:
 
     def turn(self) -> tuple[float, bool, int]:
         """What is less is tried earlier: of the likely ones those that need one axis only."""
-        return (-round(self.score, 2), self.fault.name in RARE, self.index)
+        return (-round(self.score, 2), self.fault.rare, self.index)
 
 
 def _strengths(
@@ -167,7 +149,7 @@ def _strengths(
         return
     best, strength = fault, fault.strength
     own = quick((*base, fault)) - quick(base)
-    for step in (*look.blocks(STEPS), 1):
+    for step in (*look.blocks(POLICY.likely.steps), 1):
         size = fitting_size(change * at, own * at, scale, step)
         if size is None:
             break
@@ -179,7 +161,9 @@ def _strengths(
         yield farther
     yield best
     if fault.jointly is not None:
-        joint = _jointly(fault, base, change, np.where(at, scale, np.inf), quick, look.blocks(JOINT_STEPS))
+        joint = _jointly(
+            fault, base, change, np.where(at, scale, np.inf), quick, look.blocks(POLICY.likely.joint_steps)
+        )
         if joint.axes > 1:
             yield joint
     if best.strength != fault.strength:  # a limitation beside the fault can mislead the fit
@@ -196,28 +180,28 @@ def _farther(best: Model, own: Floats, ranked: _Ranked, weight: Floats, quick: Q
     base, change = quick(ranked.base), ranked.change
 
     def left(moved: Floats) -> float:
-        return float(np.minimum(np.abs(change - moved) * weight, CLIP).sum())
+        return float(np.minimum(np.abs(change - moved) * weight, POLICY.likely.clip).sum())
 
     def at(strength: float) -> tuple[float, float]:
         model = best.at(strength)  # type: ignore[misc]
         return left(quick((*ranked.base, model)) - base), strength
 
     least = here = left(own)
-    if least <= WELL * left(np.zeros_like(own)):
+    if least <= POLICY.likely.well * left(np.zeros_like(own)):
         return None
     strength, off = best.strength, best.strength - best.neutral
-    for factors in FARTHER:
+    for factors in POLICY.likely.farther:
         tried = [at(_sane(best.neutral + factor * off, best)) for factor in factors]
         least, strength = min([(least, strength), *tried])
         off = strength - best.neutral
-    if least > MUCH_LESS * here:
+    if least > POLICY.likely.much_less * here:
         return None
     return replace(best.at(strength), at=best.at, strength=strength, neutral=best.neutral)
 
 
 def _together(moves: Sequence[Floats], change: Floats, weight: Floats) -> Floats:
     """The sum of ``moves`` (h, w, 3), each times a factor, that is nearest to ``change``; pixels have a ``weight``."""
-    weight = np.minimum(weight, CLIP / np.maximum(np.abs(change), 1e-30))
+    weight = np.minimum(weight, POLICY.likely.clip / np.maximum(np.abs(change), 1e-30))
     columns = np.stack([(move * weight).ravel() for move in moves], axis=1)
     factors = np.linalg.lstsq(columns.T @ columns, columns.T @ (change * weight).ravel(), rcond=None)[0]
     return np.asarray(np.tensordot(factors, np.stack(moves), axes=1))
@@ -240,11 +224,11 @@ def _jointly(
     """
     assert fault.jointly is not None
     start, unit = quick(base), np.eye(fault.axes) * fault.strength
-    strengths, here, most = np.zeros(fault.axes), np.zeros_like(change), JOINT_MOST * fault.strength
+    strengths, here, most = np.zeros(fault.axes), np.zeros_like(change), POLICY.likely.most * fault.strength
     for step in steps:
         moves = [quick((*base, fault.jointly(strengths + each))) - start - here for each in unit]
-        for _ in range(JOINT_TURNS):
-            weight = 1.0 / np.maximum(scale, np.abs(change - here) / CLIP)
+        for _ in range(POLICY.likely.joint_turns):
+            weight = 1.0 / np.maximum(scale, np.abs(change - here) / POLICY.likely.clip)
             columns = np.stack([coarse(move * weight, step).ravel() for move in moves], axis=1)
             left = coarse((change - here) * weight, step).ravel()
             further = np.clip(strengths + _regression(columns, left) * fault.strength, -most, most)
@@ -253,7 +237,7 @@ def _jointly(
                 break
             strengths, here = further, there
     rounded = np.array([float(f"{strength:.3g}") for strength in strengths])
-    rounded[np.abs(rounded) < JOINT_LEAST * fault.strength] = 0.0
+    rounded[np.abs(rounded) < POLICY.likely.least * fault.strength] = 0.0
     axes = int(np.count_nonzero(rounded))
     return replace(fault.jointly(rounded), axes=axes, strengths=tuple(float(strength) for strength in rounded))
 
@@ -293,7 +277,7 @@ def fitting_size(change: Floats, own: Floats, scale: Floats, step: int = 1) -> f
 
     What a limitation changes in a corner of the picture has no say in it.
     """
-    weight = 1.0 / np.maximum(scale, np.abs(change) / CLIP)
+    weight = 1.0 / np.maximum(scale, np.abs(change) / POLICY.likely.clip)
     a, b = coarse(change * weight, step), coarse(own * weight, step)
     acts = b != 0
     a, b = a[acts], b[acts]

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from notabug.metrics.explain import Explanation
-from notabug.metrics.likely import RARE
 from notabug.metrics.policy import POLICY
 
 
@@ -21,7 +20,8 @@ class Name:
     ``misfit`` is the mean |residual| in units of tolerance and noise: it tells names apart that leave no bug leg. A
     fault that may take one of several values at each pixel has ``freedom``, and of two such the less free one is told.
     One that may show ``anything`` is told where no other is left. Its strength was fitted along ``axes``;
-    ``strengths`` are the numbers of which the fault, or the cause in the whole picture, is made again.
+    ``strengths`` are the numbers of which the fault, or the cause in the whole picture, is made again. One that
+    ``moves`` the whole picture says two numbers for all of it; a ``rare`` one is told after others that look alike.
     """
 
     name: str
@@ -36,6 +36,8 @@ class Name:
     numbers: Mapping[str, float] = field(default_factory=dict)
     axes: int = 1
     strengths: tuple[float, ...] = ()
+    moves: bool = False
+    rare: bool = False
 
     @property
     def laden(self) -> int:
@@ -92,8 +94,8 @@ def better(each: Name, best: Name, exact: float, *, noisy: bool) -> bool:
     if each.anything != best.anything:  # what may show anything always fits: whatever else leaves nothing says more
         fixed = best if each.anything else each
         return (fixed is each) == (fixed.remains <= POLICY.names.nothing)
-    if "pixel_shift" in (each.name, best.name) and bool(each.freedom) != bool(best.freedom):
-        return each.name == "pixel_shift"  # two numbers for the whole picture excuse less than a choice at every pixel
+    if (each.moves or best.moves) and bool(each.freedom) != bool(best.freedom):
+        return each.moves  # two numbers for the whole picture excuse less than a choice at every pixel
     if noisy and bool(each.freedom) != bool(best.freedom):  # nor is there anything to choose where only noise is left
         fixed = best if each.freedom else each
         if fixed.remains <= POLICY.names.nothing and fixed.misfit < POLICY.names.noise:
@@ -116,5 +118,5 @@ def better(each: Name, best: Name, exact: float, *, noisy: bool) -> bool:
 
 def _excuses(name: Name) -> tuple[float, float]:
     """What a name that may choose at each pixel leaves, and how much it could excuse; a rare one must leave less."""
-    rare = name.name in RARE and name.remains > POLICY.names.nothing / POLICY.names.rarely
+    rare = name.rare and name.remains > POLICY.names.nothing / POLICY.names.rarely
     return max(name.remains, POLICY.names.nothing) + (name.remains if rare else 0.0), name.freedom

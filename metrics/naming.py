@@ -31,19 +31,8 @@ from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
 
-SAME = POLICY.naming.same
-OTHER = POLICY.naming.other
-LEVEL = POLICY.naming.level
-HOPE = POLICY.bug_leg.hope
-EXACT = POLICY.names.exact
-NOTHING = POLICY.names.nothing
-REMAINS = POLICY.names.remains
-
 LEAST = sys.float_info.min
 """Of a misfit whose logarithm is taken: 0 where all that is wrong lies on edges, which misfits leave out."""
-
-OF_RAYS = frozenset({"acne", "start", "epsilon", "shadow_rays", "retroreflection", "unreversed", "lost_reflection"})
-"""Switches of faults that only a renderer can have that follows rays from one surface to the next."""
 
 Others = Callable[[], Iterable[tuple[str, Floats]]]
 """References of other scenes of the same size: (name, (h, w, 3))."""
@@ -62,13 +51,14 @@ def name_bug(
     reference = predict(())
     look = lattice(*reference.edge.shape)
     bug = Bug(measured, found, limitations, predict, preview, worth(measured, reference), look)
-    exact = EXACT * min(1.0, bug.misfit(found.target))  # what leaves less leaves nothing for another to explain
+    # what leaves less leaves nothing for another to explain
+    exact = POLICY.names.exact * min(1.0, bug.misfit(found.target))
     wholes = whole_picture(bug)
     # a ball of another shading is nearly that ball upside down: a turn, which blends nothing, must leave nothing
-    said = (name for name, cause in wholes if not cause.turn or name.remains <= NOTHING)
+    said = (name for name, cause in wholes if not cause.turn or name.remains <= POLICY.names.nothing)
     best = best_of(None, said, exact, noisy=measured.noisy)
     near, cause = min(wholes, key=lambda whole: whole[0].remains, default=(UNNAMED, None))
-    soon = near.remains < REMAINS  # a search beside what explains less is long, and mostly in vain
+    soon = near.remains < POLICY.names.remains  # a search beside what explains less is long, and mostly in vain
 
     def tried(best: Name | None, names: Callable[[], Iterable[Name]]) -> Name | None:
         return best if best and best.is_exact(exact) else best_of(best, names(), exact, noisy=measured.noisy)
@@ -78,13 +68,18 @@ def name_bug(
     best = tried(best, lambda: moved_rays(bug))
     if best is None or not best.is_exact(exact):
         best = _best_fault(bug, best, faults, exact)
-    if cause is not None and not soon and near.remains < HOPE and (best is None or best.remains > NOTHING):
+    if (
+        cause is not None
+        and not soon
+        and near.remains < POLICY.bug_leg.hope
+        and (best is None or best.remains > POLICY.names.nothing)
+    ):
         best = tried(best, lambda: beside_limitations(bug, cause))
     if best is not None:
         return _of_two(bug, best, faults)
-    if _alike(measured.mean, reference.value) < OTHER:
+    if _alike(measured.mean, reference.value) < POLICY.naming.other:
         likeness, name = max(((_alike(measured.mean, each), name) for name, each in others()), default=(0.0, ""))
-        if likeness > SAME:
+        if likeness > POLICY.naming.same:
             return Name("wrong_scene", f"this is a picture of {name}", 0.0)
     return UNNAMED
 
@@ -92,7 +87,7 @@ def name_bug(
 def possible(faults: Iterable[Model], declaration: Declaration) -> list[Model]:
     """Those of ``faults`` that a renderer can have: without rays that start on surfaces none of theirs is told."""
     rays = declaration.hit_error > 0.0 and declaration.depth in ("", "unknown")
-    return [each for each in faults if rays or OF_RAYS.isdisjoint(each.options)]
+    return [fault for fault in faults if rays or not fault.of_rays]
 
 
 def _best_fault(bug: Bug, best: Name | None, faults: Sequence[Model], exact: float) -> Name | None:
@@ -103,7 +98,7 @@ def _best_fault(bug: Bug, best: Name | None, faults: Sequence[Model], exact: flo
     for turn, strengths in enumerate(found):
         first = next(strengths)
         likeness = bug.likeness(first)
-        level = round(math.log(max(likeness, exact, LEAST), LEVEL))
+        level = round(math.log(max(likeness, exact, LEAST), POLICY.naming.level))
         ranked.append(((first.rule == "any", level, turn), likeness, first, strengths))
     for _, first_likeness, first, others in sorted(ranked, key=itemgetter(0)):
         if best is not None and best.is_exact(exact) and first_likeness >= best.prune_bound(exact):
@@ -119,14 +114,14 @@ def _best_fault(bug: Bug, best: Name | None, faults: Sequence[Model], exact: flo
 
 
 def _of_two(bug: Bug, best: Name, faults: Sequence[Model]) -> Name:
-    """``best``, or the fault of the texture that gives the very same picture where the whole one is upside down."""
-    for fault in faults if best.name == "upside_down" else ():
-        if fault.name == "flipped_v" and bug.preview_misfit(
+    """``best``, or a fault that shows the very same here as a cause in the whole picture: then both are told."""
+    for fault in faults if best.whole else ():
+        if fault.looks_like == best.name and bug.preview_misfit(
             guessed((fault,), bug.predict, bug.preview)
-        ) < HOPE * bug.preview_misfit(bug.predict(()).value):
+        ) < POLICY.bug_leg.hope * bug.preview_misfit(bug.predict(()).value):
             found = fit(bug.measured, (), bug.predict, (fault,))
-            if remains(bug, found) <= NOTHING:
-                claim = f"{fault.claim}, or the picture is upside down: in this scene the two look alike"
+            if remains(bug, found) <= POLICY.names.nothing:
+                claim = f"{fault.claim}, or {best.message}: in this scene the two look alike"
                 return replace(named(bug, fault, found), message=claim)
     return best
 

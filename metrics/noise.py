@@ -27,8 +27,8 @@ class Measured:
     kappa: float
     seeds: int
     own: Floats | None = None  # (h, w, 3) the variance of the mean that each pixel's own seeds tell
-    singles: Floats | None = None  # (seeds, h, w, 3) every picture, where each has one sample a pixel
     pictures: tuple[Floats, ...] = ()  # (h, w, 3) every seed's, where they differ
+    single: bool = False  # each of the ``pictures`` has one sample a pixel
 
     @property
     def noisy(self) -> bool:
@@ -83,5 +83,4 @@ def measure(pictures: Sequence[Floats], edge: npt.NDArray[np.bool_], samples: in
     within = tiles(own) / count**2
     kappa = max(1.0, float(between.sum() / within.sum())) if within.sum() > 0 else 1.0
     freedom = 0.5 * SIDE**2 * (seeds - 1) / max(1.0, kappa / 2.0)
-    singles = np.asarray(pictures, np.float32) if samples == 1 else None  # the stack holds deviations by now
-    return Measured(mean, np.maximum(variance, 0.0), freedom, kappa, seeds, own, singles, tuple(pictures))
+    return Measured(mean, np.maximum(variance, 0.0), freedom, kappa, seeds, own, tuple(pictures), samples == 1)

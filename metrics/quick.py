@@ -27,13 +27,6 @@ Places = npt.NDArray[np.intp]
 Predict = Callable[[tuple[Model, ...]], Admissible]
 """What a set of models admits, for one scene and one renderer's declaration."""
 
-LEAST_TOLD = POLICY.quick.least_told
-TOLD_BY = POLICY.quick.told_by
-NEARER = POLICY.quick.nearer
-FARTHER = POLICY.quick.farther
-ACTS = POLICY.quick.acts
-SURELY = POLICY.quick.surely
-
 
 class Preview(Protocol):
     """Quick pictures of sets of models, for one scene."""
@@ -72,7 +65,7 @@ def nearer(
     start = predict(known)
     smooth = ~(predict(()).edge | start.edge) | start.share_is_point
     wrong = best.significance.pixels
-    if not smooth.any() or float((wrong & smooth).sum()) < LEAST_TOLD * float(wrong.sum()):
+    if not smooth.any() or float((wrong & smooth).sum()) < POLICY.quick.least_told * float(wrong.sum()):
         return True, 0.0
     spots = wrong & smooth if wrong.any() else smooth  # else it is a gain, a shift, or what is faint and wide
     told, around = (_spread(np.flatnonzero(each)) for each in (spots, smooth))
@@ -90,22 +83,24 @@ def nearer(
         for each in some:
             if each.rule != "choice":
                 for other in each.values():
-                    left[largest(np.abs(preview((*chosen, other), at) - quick) - ACTS * tau) > 0] = 0.0
+                    left[largest(np.abs(preview((*chosen, other), at) - quick) - POLICY.quick.acts * tau) > 0] = 0.0
         return left
 
     left, was = left_by(models), off(had)
     count, of_each = told.size, np.count_nonzero(smooth) / around.size
     before, after, rest = (float(each.sum()) for each in (was[:count], left[:count], left[count:] * of_each))
-    if after >= (NEARER if wrong.any() else 1.0) * before and before > 0.0:
+    if after >= (POLICY.quick.nearer if wrong.any() else 1.0) * before and before > 0.0:
         return False, rest
-    most = FARTHER * max(float(was[count:].sum()) * of_each, best.significance.excess)
+    most = POLICY.quick.farther * max(float(was[count:].sum()) * of_each, best.significance.excess)
     # between centres quick pictures are wrong, also of what explains most: it is measured alike
-    return bool(rest <= most or rest <= FARTHER * float(left_by(best.models)[count:].sum()) * of_each), rest
+    return bool(
+        rest <= most or rest <= POLICY.quick.farther * float(left_by(best.models)[count:].sum()) * of_each
+    ), rest
 
 
 def _spread(places: Places) -> Places:
-    """TOLD_BY to twice as many of ``places`` (n,), evenly spread, or all where they are fewer."""
-    return places[:: max(1, places.size // TOLD_BY)]
+    """At least `quick.told_by` of ``places`` (n,), at most twice as many, evenly spread; all if they are fewer."""
+    return places[:: max(1, places.size // POLICY.quick.told_by)]
 
 
 def nears(start: Explanation, model: Model, preview: Preview, fixed: tuple[Model, ...] = ()) -> bool:
@@ -120,5 +115,5 @@ def nears(start: Explanation, model: Model, preview: Preview, fixed: tuple[Model
 def surely_helps(bare: Explanation, model: Model, preview: Preview) -> bool:
     """Whether ``model`` moves the centre of a pixel that needs explaining, off edges, by more than the tolerance."""
     at = np.flatnonzero(bare.significance.pixels & ~bare.target.edge)
-    start, tau = pixels(preview(()), at), SURELY * pixels(bare.target.tau, at)
+    start, tau = pixels(preview(()), at), POLICY.quick.surely * pixels(bare.target.tau, at)
     return any(bool((np.abs(pixels(preview((value,)), at) - start) > tau).any()) for value in model.values())

@@ -50,7 +50,7 @@ class Reach:
         return float(largest(left).sum()) * self.each
 
     def beyond_all(self) -> bool:
-        """Whether the picture is out of reach of any set of TOGETHER models; of a feature's values it has one."""
+        """Whether no set of `explain.largest_grown` models, one of each feature, reaches the picture."""
         features: dict[str, Floats] = {"": self.joint}
         for model, moved in self.moves.items():
             feature = model.when[0] if model.when else model.name

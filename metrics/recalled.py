@@ -8,15 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from notabug.adapters.base import Declaration
-from notabug.metrics.admissible import Admissible, admissible, residual
+from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.causes import Cause, cause_called, without_border
 from notabug.metrics.channels import largest
-from notabug.metrics.quick import choices
+from notabug.metrics.quick import Predict, choices
 from notabug.metrics.verdict import Finding
-from notabug.references.models.camera import pixel_shift
+from notabug.references.models.camera import unlisted
 from notabug.references.models.model import Model
-from notabug.references.predict import predict
 from notabug.scenes_usd.scene import Scene
 
 Floats = npt.NDArray[np.floating]
@@ -51,32 +49,33 @@ class Recalled:
         """The models by which a quick picture of it is drawn, a cause in the whole picture aside."""
         return (*(() if self.model is None else (self.model,)), *choices(self.beside))
 
-    def admits(self, scene: Scene, declaration: Declaration, mean: Floats) -> Admissible:
+    def admits(self, predicted: Predict, mean: Floats) -> Admissible:
         """What it admits of the picture ``mean`` (h, w, 3); limitations beside it that are no choice, all they may."""
-        found = admissible(predict(scene, self.chosen), declaration)
+        found = predicted(self.chosen)
         lo, hi = found.lo, found.hi
         for limitation in self.beside:
             if limitation not in self.chosen:
                 for value in limitation.values():
-                    other = admissible(predict(scene, (*self.chosen, value)), declaration)
+                    other = predicted((*self.chosen, value))
                     lo, hi = np.minimum(lo, other.lo), np.maximum(hi, other.hi)
         found = replace(found, lo=lo, hi=hi)
         if self.cause is not None:
             return self.cause.under(found)
-        if self.model is not None and self.model.name == "pixel_shift":
-            right, down = self.model.made_of
+        if self.model is not None and self.model.moves:
+            right, down = self.model.moves
             return without_border(found, mean, right, down)
         return found
 
 
 def recalled(
-    findings: Sequence[Finding], known: Sequence[Model], scene: Scene, declaration: Declaration, mean: Floats
+    findings: Sequence[Finding], known: Sequence[Model], scene: Scene, predicted: Predict, mean: Floats
 ) -> Iterator[Recalled]:
     """What each of ``findings`` on the picture ``mean`` (h, w, 3) names: of a bug the fault at its own strength.
 
-    ``known`` are the models of the ``scene``. What none of them is, and no cause, is left out: a bug without a name.
+    ``known`` are the models of the ``scene``, and ``predicted`` says what they admit. A bug without a name is left out:
+    none of them is what it names, and no cause in the whole picture.
     """
-    models = [(finding, _model_of(finding, known, scene, declaration, mean)) for finding in findings]
+    models = [(finding, _model_of(finding, known, scene, predicted, mean)) for finding in findings]
     beside = tuple(model for finding, model in models if finding.kind != "bug" and model is not None)
     for finding, model in models:
         others = beside if finding.kind == "bug" else ()
@@ -88,19 +87,14 @@ def recalled(
             yield Recalled(None, cause, others)
 
 
-def _model_of(
-    finding: Finding, known: Sequence[Model], scene: Scene, declaration: Declaration, mean: Floats
-) -> Model | None:
+def _model_of(finding: Finding, known: Sequence[Model], scene: Scene, predicted: Predict, mean: Floats) -> Model | None:
     """The one of ``known`` that ``finding`` names, at its strengths: the one that says the same."""
-    if finding.name == "pixel_shift" and len(finding.strengths) == 2:
-        right, down = finding.strengths
-        return replace(pixel_shift(scene.width, scene.height, right, down), strengths=(right, down))
     found = []
-    for model in known:
+    for model in (*known, *unlisted(scene)):
         if model.name != finding.name:
             continue
         if model.placed is not None:  # it lies where the picture is wrong
-            to = admissible(predict(scene), declaration)
+            to = predicted(())
             there = model.placed(largest(np.abs(residual(mean, to)) - to.tau) > 0)
             return there or model
         again = made_again(model, finding.strengths)

@@ -123,8 +123,8 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible, own: boo
         lo = np.minimum.reduce([each.lo for each in everything])
         hi = np.maximum.reduce([each.hi for each in everything])
         taken = np.clip(measured.mean, lo, hi)
-        if measured.singles is not None:
-            taken, missed = _taken(measured.singles, everything)
+        if measured.single:
+            taken, missed = _taken(measured.pictures, everything)
             never = within & (missed > np.maximum.reduce([largest(each.tau) for each in everything]))
         value = np.where(within[..., None], taken, base.value)
         off = largest(np.abs(value - base.value))
@@ -139,7 +139,7 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible, own: boo
             alpha = np.where(better, 1.0, alpha)
             distance = np.where(better, nearer, distance)
     edge = base.edge | np.logical_or.reduce([each.edge & within for each in values])
-    at = (edge & within & (measured.singles is None))[..., None]
+    at = (edge & within & (not measured.single))[..., None]
     # where one shows the darker half of a pixel's samples and the other the brighter one, all may be bright
     reaches = [each.samples or (each.lo, each.hi) for each in everything]
     lo = np.where(at, np.minimum.reduce([each for each, _ in reaches]), np.where(within[..., None], value, base.lo))
@@ -150,24 +150,25 @@ def _mixture(measured: Measured, base: Admissible, *values: Admissible, own: boo
     return target, alpha, within, float(length[within].sum() / within.size)
 
 
-def _taken(singles: Floats, values: Sequence[Admissible]) -> tuple[Floats, Floats]:
-    """The mean (h, w, 3) of the seeds' ``singles`` (n, h, w, 3), each moved to what one sample of the nearest of
-    ``values`` may show, and by how much (h, w) the farthest of them is moved."""
-    moved, farthest = np.zeros(singles.shape[1:]), np.zeros(singles.shape[1:3])
-    for each in singles:
+def _taken(pictures: Sequence[Floats], values: Sequence[Admissible]) -> tuple[Floats, Floats]:
+    """The mean (h, w, 3) of the seeds' ``pictures``, each moved to what one sample of the nearest of ``values`` may
+    show, and by how much (h, w) the farthest of them is moved."""
+    moved, farthest = np.zeros(pictures[0].shape), np.zeros(pictures[0].shape[:2])
+    for picture in pictures:
+        single = np.asarray(picture, np.float32)
         least = np.full(farthest.shape, np.inf)
-        nearest = np.zeros(each.shape)
+        nearest = np.zeros(single.shape)
         for value in values:
             assert value.sampled is not None
             low, high, _ = value.sampled
             missed = POLICY.admissible.missed * (high - low)
-            inside = np.clip(each, low - missed, high + missed)
-            distance = largest(np.abs(each - inside))
+            inside = np.clip(single, low - missed, high + missed)
+            distance = largest(np.abs(single - inside))
             nearest = np.where((distance < least)[..., None], inside, nearest)
             least = np.minimum(distance, least)
         moved += nearest
         farthest = np.maximum(farthest, least)
-    return np.asarray(moved / len(singles)), farthest
+    return np.asarray(moved / len(pictures)), farthest
 
 
 def _anything(measured: Measured, base: Admissible, *values: Admissible) -> Explained:

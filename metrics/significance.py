@@ -89,9 +89,9 @@ def _tiles(residual: Floats, measured: Measured, to: Admissible, pixels: Bools) 
     """Tiles whose mean residual is faint in every pixel and yet beyond tolerance and noise, and their excess.
 
     The smooth pixels of a tile and those of its edges are tested apart, and so are the small tiles in it, since what a
-    fault does to the facets of a mesh may cancel over a large one. At an edge noise alone drives a right value that
-    lies at the end of what is admitted out of it, by OUTWARD standard errors on average; and significant ``pixels``
-    (h, w) are left out there, a few of which are excused.
+    fault does to the facets of a mesh may cancel over a large one. At an edge a right value may lie at the end of what
+    is admitted, and noise alone drives it out, by `significance.outward` standard errors on average. Significant
+    ``pixels`` (h, w) are left out there, a few of which are excused.
     """
     found, faint = np.zeros(1, np.bool_), 0.0
     outward = POLICY.significance.outward * np.sqrt(measured.variance)

@@ -35,14 +35,6 @@ from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
 
-SHARPENED = POLICY.whole_picture.sharpened
-ROUGHLY = POLICY.whole_picture.roughly
-HOPE = POLICY.bug_leg.hope
-FEW_TOLD = POLICY.bug_leg.few_told
-NOTHING = POLICY.names.nothing
-CLIP = POLICY.likely.clip
-SAME_SHIFT = POLICY.causes.same_shift
-
 
 def whole_picture(bug: Bug) -> list[tuple[Name, Cause]]:
     """How well each cause in the whole picture fits."""
@@ -72,6 +64,7 @@ def _of_whole(bug: Bug, cause: Cause, target: Admissible, remains: float, beside
         preview_misfit=bug.preview_misfit(target.value),
         numbers=cause.numbers,
         strengths=cause.strengths,
+        moves=cause.moves,
     )
 
 
@@ -101,18 +94,25 @@ def moved_rays(bug: Bug) -> Iterator[Name]:
     bases = {id(each): each for each in (bug.predict(()), bug.found.target)}.values()
     found = [each for base in bases for each in find_shifts(mean, base.value)]
     halves = [(x, y) for x in (0.0, -0.5, 0.5) for y in (0.0, -0.5, 0.5) if x or y]
-    near = [each for each in halves if any(max(abs(each[0] - x), abs(each[1] - y)) < ROUGHLY for x, y in found)]
-    other = [(x, y) for x, y in found if not any(max(abs(a - x), abs(b - y)) < SAME_SHIFT for a, b in near)]
+    near = [
+        each
+        for each in halves
+        if any(max(abs(each[0] - x), abs(each[1] - y)) < POLICY.whole_picture.roughly for x, y in found)
+    ]
+    other = [
+        (x, y) for x, y in found if not any(max(abs(a - x), abs(b - y)) < POLICY.causes.same_shift for a, b in near)
+    ]
     ranked = [(_left_by(bug, each), each) for each in dict.fromkeys((*near, *other))]
-    vectors = [each for left, each in sorted(ranked) if left < HOPE][:SHARPENED]
+    vectors = [each for left, each in sorted(ranked) if left < POLICY.bug_leg.hope][: POLICY.whole_picture.sharpened]
     for place, vector in enumerate(vectors):
         model = pixel_shift(width, height, *vector)
         names = list(_ray_names(bug, model, vector))
         yield from names
-        if min((each.remains for each in names), default=1.0) <= NOTHING:
+        if min((each.remains for each in names), default=1.0) <= POLICY.names.nothing:
             return
         left = refined_shift(mean, bug.predict((model,)).value, (0.0, 0.0))
-        if place == 0 and max(map(abs, left)) > SAME_SHIFT:  # full pictures tell it better than blurred ones
+        # full pictures tell it better than blurred ones
+        if place == 0 and max(map(abs, left)) > POLICY.causes.same_shift:
             vectors.insert(1, (vector[0] + left[0], vector[1] + left[1]))
 
 
@@ -126,7 +126,7 @@ def _left_by(bug: Bug, vector: tuple[float, float]) -> float:
     reference = bug.predict(())
     height, width = reference.edge.shape
     seen = np.count_nonzero(bug.look.of(bug.found.significance.pixels))
-    look = bug.look if seen >= FEW_TOLD else Lattice(height, width, step=1)
+    look = bug.look if seen >= POLICY.bug_leg.few_told else Lattice(height, width, step=1)
     model = pixel_shift(width, height, *vector)
     start, picture, scale = (look.of(each) for each in (reference.value, bug.measured.mean, bug.scale))
     quick = start + (look.preview(bug.preview, (model,)) - look.preview(bug.preview, ()))
@@ -134,7 +134,8 @@ def _left_by(bug: Bug, vector: tuple[float, float]) -> float:
     for value in (quick, look.of(shifted(reference.value, *vector))):
         for part in (~reference.edge, ~brought_in(reference.edge.shape, *vector)):
             was, left = (
-                float(np.minimum(np.abs(picture - each) / scale, CLIP)[look.of(part)].sum()) for each in (start, value)
+                float(np.minimum(np.abs(picture - each) / scale, POLICY.likely.clip)[look.of(part)].sum())
+                for each in (start, value)
             )
             shares.append(left / was if was > 0 else math.inf)
     return min(shares)

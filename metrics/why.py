@@ -11,13 +11,13 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.adapters.spheres import as_given
-from notabug.metrics.admissible import admissible
-from notabug.metrics.image_checks import invalid
+from notabug.metrics.expected import expected
+from notabug.metrics.image_checks import finite, invalid
 from notabug.metrics.recalled import Recalled, recalled
 from notabug.metrics.telling import doing
 from notabug.metrics.verdict import Verdict
 from notabug.references.models.model import Model, models
-from notabug.references.predict import configured, predict, preview_at
+from notabug.references.predict import configured, preview_at
 from notabug.references.tracer.probe import Probe, probe
 from notabug.scenes_usd.errors import NotabugError
 from notabug.scenes_usd.scene import Scene
@@ -179,11 +179,12 @@ def explain_pixel(
     found = np.asarray(pixels[y, x], np.float64)
     made: list[Prediction] = []
     reference = Model("reference", "convention", "what the intended model gives", "")
-    to = right_here = admissible(predict(scene), declaration)
+    _, predicted = expected(scene, declaration).measure([np.where(finite(pixels), pixels, 0.0)])
+    to = right_here = predicted(())
     right = bool((np.abs(found - np.clip(found, to.lo[y, x], to.hi[y, x])) <= to.tau[y, x]).all())
     known = [] if right and closest is not None else [each.under(declaration) for each in models(scene)]
     findings = () if verdict is None else verdict.findings
-    told = list(recalled(findings, known, scene, declaration, pixels)) if known else []
+    told = list(recalled(findings, known, scene, predicted, pixels)) if known else []
     known = [each for each in known if not any(_same_fault(each, other) for other in told)]
     acting, others, idle = _sifted(scene, known, found, x, y, closest)
     first = Recalled(reference, None)
@@ -193,7 +194,7 @@ def explain_pixel(
             others += tuple(model.name for model in acting[place - 1 - len(told) :])
             break
         doing(f"predicts {each.name}")
-        to = right_here if each is first else each.admits(scene, declaration, pixels)
+        to = right_here if each is first else each.admits(predicted, pixels)
         value, lo, hi = (np.asarray(part[y, x], np.float64) for part in (to.value, to.lo, to.hi))
         tolerance = float(to.tau[y, x].max())
         alpha = None

@@ -362,6 +362,11 @@ class Scene:
         return (each for each in self.objects if isinstance(each, Mesh))
 
     @property
+    def shown_textures(self) -> frozenset[int]:
+        """The textures that an object shows: of a colour, of numbers or of normals."""
+        return frozenset().union(*(self.materials[shape.material].textures for shape in self.objects))
+
+    @property
     def spheres(self) -> Iterator[Sphere]:
         return (each for each in self.objects if isinstance(each, Sphere))
 

@@ -232,7 +232,7 @@ def _plainer(material: Material) -> Iterator[Callable[[Material], Material]]:
 def _tidy(scene: Scene) -> Scene:
     """Without materials, textures and coordinates that nothing uses."""
     used = sorted({shape.material for shape in scene.objects})
-    shown = sorted(set().union(*(scene.materials[each].textures for each in used)))
+    shown = sorted(scene.shown_textures)
     materials = tuple(scene.materials[k].renumbered(shown) for k in used)
     objects = []
     for shape in scene.objects:

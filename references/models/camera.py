@@ -74,7 +74,20 @@ def pixel_shift(scene_width: int, scene_height: int, right: float, down: float) 
         x, y = 2.0 * right / scene_width, 2.0 * down / scene_height
         return replace(camera, shift_x=camera.shift_x - x, shift_y=camera.shift_y + y)
 
-    return _fault("pixel_shift", shift_message(right, down), change)
+    return replace(_fault("pixel_shift", shift_message(right, down), change), moves=(right, down))
+
+
+def unlisted(scene: Scene) -> Iterator[Model]:
+    """Faults that the judge makes at a strength that it has measured, and so finds in no list: a shift of the picture.
+
+    They are made again by their strengths, as those that ``models`` lists.
+    """
+
+    def shift(strengths: Floats) -> Model:
+        right, down = (float(strength) for strength in strengths)
+        return pixel_shift(scene.width, scene.height, right, down)
+
+    yield replace(shift(np.zeros(2)), jointly=shift, axes=2)
 
 
 def shift_message(right: float, down: float) -> str:

@@ -21,6 +21,8 @@ Gone = dict[int, frozenset[int]]
 _WATERTIGHT = "Woop, Benthin and Wald 2013, Watertight ray/triangle intersection; OpenGL specification: fill rules"
 _STAGE = "UsdGeomMesh: faceVertexIndices"
 
+OR_BLACK = ", or drawn black, as where their normals point away from the light"
+"""What faces may be that seem to be missing where what lies behind them is black."""
 CRACK = 1.0  # pixels by which corners are drawn back: two faces then part by about one
 BACKING = 1e-4  # of the distance, by which what shows in a dark crack lies behind the face
 WITHIN = np.array([(a, b) for a in (0.12, 0.33, 0.54) for b in (0.12, 0.33, 0.54) if a + b < 0.9])
@@ -43,6 +45,7 @@ def models(scene: Scene) -> Iterator[Model]:
         cites=_STAGE,
         edit=_largest_missing,
         placed=lambda wrong: missing(scene, wrong),
+        if_black=OR_BLACK,
     )
     if not any(len(each.counts) > 1 or each.has_ngons for each in scene.meshes):
         return
@@ -58,6 +61,7 @@ def models(scene: Scene) -> Iterator[Model]:
             rule="set",
             edit=edit,
             local=True,
+            rare=True,  # cracks of a fine mesh show dots nearly everywhere
         )
 
 
@@ -171,6 +175,7 @@ def missing(scene: Scene, wrong: Bools, known: Gone | None = None) -> Model | No
         cites=_STAGE,
         edit=_without(every),
         placed=lambda left: missing(scene, left, every),
+        if_black=OR_BLACK,
     )
 
 

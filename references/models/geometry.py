@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 
+from notabug.references.models.faces import OR_BLACK
 from notabug.references.models.model import Edit, Model, edit_meshes
 from notabug.scenes_usd.authoring.shapes import lat_long
 from notabug.scenes_usd.scene import Floats, Ints, Mesh, Scene, Sphere
@@ -50,6 +51,7 @@ def models(scene: Scene) -> Iterator[Model]:
                 edit=_without(index),
                 local=True,
                 darkened=_unlit(each.path),
+                if_black=OR_BLACK,
             )
     used = sorted({shape.material for shape in scene.objects})
     for first, second in ((a, b) for a in used for b in used if a < b):
@@ -67,6 +69,7 @@ def models(scene: Scene) -> Iterator[Model]:
             claim=f"every mesh is mirrored along {'xyz'[axis]}",
             cites=_STAGE,
             edit=lambda scene, axis=axis: edit_meshes(scene, lambda mesh: mirrored(mesh, axis)),  # type: ignore[misc]
+            rare=True,  # a mirrored floor shows what a flipped texture shows
         )
 
 

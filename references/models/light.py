@@ -22,10 +22,13 @@ def models(scene: Scene) -> Iterator[Model]:
     if not scene.lights:
         return
     yield in_strengths(
-        lambda strength: _fault(
-            "light_gain",
-            f"every light is {strength:.4g} times as bright",
-            _every(lambda each: brighter(each, strength)),
+        lambda strength: replace(
+            _fault(
+                "light_gain",
+                f"every light is {strength:.4g} times as bright",
+                _every(lambda each: brighter(each, strength)),
+            ),
+            number="gain",
         ),
         GAIN,
         neutral=1.0,

@@ -22,6 +22,8 @@ UNSAID = "unknown"
 """What a declaration says of a feature that it says nothing of."""
 OF_SHADOWS = frozenset({"shadows", "acne", "start", "shadow_rays", "transparent_shadows", "shadow_map", "shadow_lift"})
 """Switches that change nothing, or cannot be meant, where a renderer has no shadows."""
+OF_RAYS = frozenset({"acne", "start", "epsilon", "shadow_rays", "retroreflection", "unreversed", "lost_reflection"})
+"""Switches of faults that only a renderer can have that follows rays from one surface to the next."""
 
 
 Rule = Literal["choice", "partial", "set", "hull", "any"]
@@ -80,6 +82,12 @@ class Model:
         it changes the pixels in which that is seen. None: it says so of no part.
     placed : the fault of those parts of the scene, single faces, that lie where a picture is wrong (h, w), or None
         where it can be none. Such a model edits the likeliest part itself.
+    rare : a fault that is told after others that look alike.
+    looks_like : the name of a cause in the whole picture that shows the very same in some scenes: both are then told.
+    if_black : words that are added to the claim of a fault that takes something away, where that leaves only black.
+    number : the number of a verdict that the strength of this fault is, such as ``gain``.
+    moves : by how many pixels, to the right and down, it moves the whole picture. At the border it brings in what no
+        reference shows.
     when : (field, value) of an adapter's declaration without which the model is not considered; None: always. Of
         models of one field a picture shows one at most.
     also : further such pairs, all of which must hold.
@@ -114,6 +122,11 @@ class Model:
     darkened: Edit | None = None
     read: bool = False
     placed: Callable[[npt.NDArray[np.bool_]], Model | None] | None = None
+    rare: bool = False
+    looks_like: str = ""
+    if_black: str = ""
+    number: str = ""
+    moves: tuple[float, ...] = ()
 
     def open_to(self, declaration: Declared) -> bool:
         """Whether ``declaration`` leaves this model open: a fault where the renderer can have it at all."""
@@ -123,6 +136,11 @@ class Model:
             return False
         open_to = () if self.strict else (UNSAID,)
         return all(declaration.says(field) in (value, *open_to) for field, value in self.conditions)
+
+    @property
+    def of_rays(self) -> bool:
+        """Whether only a renderer can have it that follows rays from one surface to the next."""
+        return not OF_RAYS.isdisjoint(self.options)
 
     @property
     def made_of(self) -> tuple[float, ...]:

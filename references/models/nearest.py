@@ -10,7 +10,7 @@ from notabug.scenes_usd.scene import Scene
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with textured objects."""
-    if any(scene.materials[shape.material].textures for shape in scene.objects):
+    if scene.shown_textures:
         yield Model(
             name="nearest_texel",
             kind="convention",

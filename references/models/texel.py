@@ -16,17 +16,23 @@ _USD = "UsdUVTexture: sourceColorSpace, wrapS, wrapT"
 
 
 def models(scene: Scene) -> Iterator[Model]:
-    """Models of a scene with textured objects."""
-    if not any(scene.materials[shape.material].texture >= 0 for shape in scene.objects):
+    """Models of a scene with textured objects: of colours where a map has some, of look-ups where any map is shown."""
+    if not scene.shown_textures:
         return
-    changes: list[tuple[str, str, Edit]] = [
-        ("texture_decoded", "the texture is decoded from sRGB once too often", pixels(decode_srgb)),
-        ("texture_encoded", "the texture is not decoded from sRGB, or encoded once too often", pixels(encode_srgb)),
-        ("texture_channels_swapped", "red and blue of the texture are exchanged", pixels(lambda each: each[..., ::-1])),
-    ]
-    used = {scene.materials[shape.material].texture for shape in scene.objects} - {-1}
-    changes += [("texture_wrap", claim, edit) for claim, edit in _wraps(scene, used)]
-    if any(scene.textures[each].colour_space == "sRGB" for each in used):
+    colours = {scene.materials[shape.material].texture for shape in scene.objects} - {-1}
+    changes: list[tuple[str, str, Edit]] = []
+    if colours:
+        changes += [
+            ("texture_decoded", "the texture is decoded from sRGB once too often", pixels(decode_srgb)),
+            ("texture_encoded", "the texture is not decoded from sRGB, or encoded once too often", pixels(encode_srgb)),
+            (
+                "texture_channels_swapped",
+                "red and blue of the texture are exchanged",
+                pixels(lambda rgb: rgb[..., ::-1]),
+            ),
+        ]
+    changes += [("texture_wrap", claim, edit) for claim, edit in _wraps(scene)]
+    if any(scene.textures[index].colour_space == "sRGB" for index in colours):
         claim = f"the texture is decoded by the power {POWER}, not by sRGB's curve"
         changes.append(("texture_decoded_by_power", claim, _textures(_by_power)))
     for name, claim, edit in changes:
@@ -63,9 +69,9 @@ _HOW: dict[Wrap, str] = {
 }
 
 
-def _wraps(scene: Scene, used: set[int]) -> Iterator[tuple[str, Edit]]:
-    """Every other wrap mode than the textures ``used`` have, where it shows; and those of the two axes exchanged."""
-    modes = {(scene.textures[index].wrap_s, scene.textures[index].wrap_t) for index in used}
+def _wraps(scene: Scene) -> Iterator[tuple[str, Edit]]:
+    """Every other wrap mode than the textures that are shown have, where it shows; those of the two axes exchanged."""
+    modes = {(scene.textures[index].wrap_s, scene.textures[index].wrap_t) for index in scene.shown_textures}
     apart = leaves(scene)
     for mode, how in _HOW.items():
         # within 0..1 what is mirrored is what is clamped
@@ -78,5 +84,5 @@ def _wraps(scene: Scene, used: set[int]) -> Iterator[tuple[str, Edit]]:
 
 def leaves(scene: Scene) -> bool:
     """Whether a texture is looked up beyond 0..1."""
-    shown = (each.uv for each in scene.meshes if scene.materials[each.material].texture >= 0)
+    shown = (each.uv for each in scene.meshes if scene.materials[each.material].textures)
     return any(uv is not None and uv.size and (uv.min() < 0.0 or uv.max() > 1.0) for uv in shown)

@@ -61,6 +61,7 @@ def models(scene: Scene) -> Iterator[Model]:
         claim="v runs downwards",
         cites="USD: st (0, 0) is the bottom left corner of the picture",
         edit=_uv(lambda uv, _: uv * np.array([1.0, -1.0]) + np.array([0.0, 1.0])),
+        looks_like="upside_down",
     )
     for axis in range(2):
         yield in_strengths(

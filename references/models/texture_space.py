@@ -36,10 +36,12 @@ _TRANSFORM = "UsdTransform2d: result = in * scale * rotate + translation"
 
 def models(scene: Scene) -> Iterator[Model]:
     """Models of a scene with textured meshes."""
-    shown = [each for each in scene.meshes if each.uv is not None and scene.materials[each.material].texture >= 0]
+    shown = [each for each in scene.meshes if each.uv is not None and scene.materials[each.material].textures]
     if not shown:
         return
-    textures = [(each, scene.textures[scene.materials[each.material].texture]) for each in shown]
+    textures = [
+        (mesh, scene.textures[index]) for mesh in shown for index in sorted(scene.materials[mesh.material].textures)
+    ]
     yield from _weights()
     if any(_meets_border(mesh, texture) for mesh, texture in textures):
         yield from _borders()
@@ -126,7 +128,7 @@ def welded(*, first: bool) -> Edit:
     """An edit after which every point of a textured mesh has one texture coordinate."""
 
     def one(scene: Scene, mesh: Mesh) -> Mesh:
-        return _welded(mesh, first) if scene.materials[mesh.material].texture >= 0 else mesh
+        return _welded(mesh, first) if scene.materials[mesh.material].textures else mesh
 
     return lambda scene: edit_meshes(scene, lambda mesh: one(scene, mesh))
 
@@ -153,9 +155,8 @@ def _meets_border(mesh: Mesh, texture: Texture) -> bool:
     height, width = texture.pixels.shape[:2]
     for axis, (size, wrap) in enumerate(((width, texture.wrap_s), (height, texture.wrap_t))):
         low, high = mesh.uv[:, axis].min() * size, mesh.uv[:, axis].max() * size
-        if wrap == "repeat" and size > 1 and np.floor(low / size - 0.5 / size) != np.floor(high / size - 0.5 / size):
-            return True
-        if wrap == "repeat" and size > 1 and np.floor(low / size + 0.5 / size) != np.floor(high / size + 0.5 / size):
+        border = size * (np.floor((low - 0.5) / size) + 1.0)  # the first whose half texel beyond it is shown
+        if wrap == "repeat" and size > 1 and border - 0.5 < high:
             return True
     return False
 

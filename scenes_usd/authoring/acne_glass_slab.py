@@ -2,21 +2,9 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.reflection import Reflection, reflection
 from notabug.scenes_usd.authoring.shapes import slab
-from notabug.scenes_usd.authoring.stage import (
-    Row,
-    distances,
-    distant_light,
-    lambert,
-    looking,
-    materials,
-    mesh,
-    orbiting_camera,
-    placed,
-    selected,
-    stage,
-)
 from notabug.scenes_usd.authoring.usda import block
 
 CARD = {
@@ -36,28 +24,30 @@ BARS = (("Red", -1.5), ("Yellow", -0.9), ("Green", -0.3), ("Red", 0.3), ("Yellow
 
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
-    wall: list[Row] = [(-4.0, -4.0, -2.5), (4.0, -4.0, -2.5), (4.0, 4.0, -2.5), (-4.0, 4.0, -2.5)]
+    wall: list[usd.Row] = [(-4.0, -4.0, -2.5), (4.0, -4.0, -2.5), (4.0, 4.0, -2.5), (-4.0, 4.0, -2.5)]
     bars = [_bar(f"Bar{i}", *each) for i, each in enumerate(BARS)]
-    glass = mesh("Slab", *slab(20, 1.0, 0.5), material="Glass")
+    glass = usd.mesh("Slab", *slab(20, 1.0, 0.5), material="Glass")
     parts = [
-        placed(turn=TILT),
-        orbiting_camera((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-        distant_light(looking((2.0, -0.6, -1.0)), 6.0),  # so far from the side that no shadow of the slab is seen
-        materials(
+        usd.placed(turn=TILT),
+        usd.orbiting_camera((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        usd.distant_light(
+            usd.looking((2.0, -0.6, -1.0)), 6.0
+        ),  # so far from the side that no shadow of the slab is seen
+        usd.materials(
             reflection("Glass", Reflection(transmission=0.9, ior=1.5)),
-            lambert("Wall", (0.75, 0.75, 0.72)),
-            lambert("Red", (0.7, 0.16, 0.12)),
-            lambert("Yellow", (0.75, 0.6, 0.14)),
-            lambert("Green", (0.14, 0.5, 0.28)),
+            usd.lambert("Wall", (0.75, 0.75, 0.72)),
+            usd.lambert("Red", (0.7, 0.16, 0.12)),
+            usd.lambert("Yellow", (0.75, 0.6, 0.14)),
+            usd.lambert("Green", (0.14, 0.5, 0.28)),
         ),
-        mesh("Wall", wall, [(0, 1, 2, 3)], material="Wall"),
+        usd.mesh("Wall", wall, [(0, 1, 2, 3)], material="Wall"),
         *bars,
-        block('def Xform "Glass"', placed((0.0, 0.0, 0.0), (20.0, 30.0, 6.0)), glass),
-        distances(1.6, ("10", "1e3", "1e5", "1e7")),
+        block('def Xform "Glass"', usd.placed((0.0, 0.0, 0.0), (20.0, 30.0, 6.0)), glass),
+        usd.distances(1.6, ("10", "1e3", "1e5", "1e7")),
     ]
     return {
-        "acne/glass_slab.usda": stage(
-            CARD, parts, requires=("transmission", "distant_light"), metadata=selected(camera_distance="10")
+        "acne/glass_slab.usda": usd.stage(
+            CARD, parts, requires=("transmission", "distant_light"), metadata=usd.selected(camera_distance="10")
         )
     }
 
@@ -65,10 +55,10 @@ def files() -> dict[str, bytes]:
 def _bar(name: str, material: str, x: float) -> str:
     """An upright strip just before the wall; it leans, so that a shift shows in both directions."""
     half, lean, z = 0.16, 0.5, -2.48
-    corners: list[Row] = [
+    corners: list[usd.Row] = [
         (x - half - lean, -3.0, z),
         (x + half - lean, -3.0, z),
         (x + half + lean, 3.0, z),
         (x - half + lean, 3.0, z),
     ]
-    return mesh(name, corners, [(0, 1, 2, 3)], material=material)
+    return usd.mesh(name, corners, [(0, 1, 2, 3)], material=material)

@@ -4,21 +4,8 @@ from __future__ import annotations
 
 import math
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.shapes import Shape, grid, joined
-from notabug.scenes_usd.authoring.stage import (
-    Row,
-    distances,
-    lambert,
-    looking,
-    materials,
-    mesh,
-    orbiting_camera,
-    over,
-    placed,
-    selected,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import number, vector
 
 CARD = {
@@ -52,37 +39,37 @@ def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     points, faces = grid(24, 24, 2.6, 3.2)
     parts = [
-        placed(turn=TILT),
-        orbiting_camera((0.0, 0.0, 0.1), (-38.0, 0.0, 0.0)),
+        usd.placed(turn=TILT),
+        usd.orbiting_camera((0.0, 0.0, 0.1), (-38.0, 0.0, 0.0)),
         (
             'def DistantLight "Light"\n{\n'
             "    float inputs:angle = 0\n"
             '    uniform token[] xformOpOrder = ["xformOp:rotateXYZ"]\n'
             "}"
         ),
-        materials(lambert("Sand", (0.8, 0.74, 0.62)), lambert("Blue", (0.32, 0.46, 0.72))),
-        mesh("Plane", points, faces, material="Sand"),
-        mesh("Blocks", *joined([_block(*block) for block in BLOCKS]), material="Blue"),
-        distances(1.5, ("10", "1e3", "1e5")),
-        variant_set("light_elevation", {elevation: _light(float(elevation)) for elevation in ELEVATIONS}),
+        usd.materials(usd.lambert("Sand", (0.8, 0.74, 0.62)), usd.lambert("Blue", (0.32, 0.46, 0.72))),
+        usd.mesh("Plane", points, faces, material="Sand"),
+        usd.mesh("Blocks", *joined([_block(*block) for block in BLOCKS]), material="Blue"),
+        usd.distances(1.5, ("10", "1e3", "1e5")),
+        usd.variant_set("light_elevation", {elevation: _light(float(elevation)) for elevation in ELEVATIONS}),
     ]
-    metadata = selected(camera_distance="10", light_elevation=DEFAULT)
-    return {"acne/grazing_plane.usda": stage(CARD, parts, requires=("distant_light",), metadata=metadata)}
+    metadata = usd.selected(camera_distance="10", light_elevation=DEFAULT)
+    return {"acne/grazing_plane.usda": usd.stage(CARD, parts, requires=("distant_light",), metadata=metadata)}
 
 
 def _light(elevation: float) -> str:
     """The text of a variant: light from beyond the plane, ``elevation`` degrees above it."""
     up, turn = math.radians(elevation), math.radians(AZIMUTH)
-    down: Row = (math.cos(up) * math.sin(turn), -math.sin(up), math.cos(up) * math.cos(turn))
-    return over(
+    down: usd.Row = (math.cos(up) * math.sin(turn), -math.sin(up), math.cos(up) * math.cos(turn))
+    return usd.over(
         "Light",
         f"float inputs:intensity = {number(LIT / math.sin(up))}",
-        f"float3 xformOp:rotateXYZ = {vector(looking(down))}",
+        f"float3 xformOp:rotateXYZ = {vector(usd.looking(down))}",
     )
 
 
 def _block(x: float, z: float, half: float, depth: float, height: float) -> Shape:
     """A flat wedge: its back faces the light, its two sides, which the viewer sees, meet in front, in the shade."""
     corners = ((x - half, z), (x + half, z), (x, z + depth))
-    points: list[Row] = [(cx, y, cz) for y in (0.0, height) for cx, cz in corners]
+    points: list[usd.Row] = [(cx, y, cz) for y in (0.0, height) for cx, cz in corners]
     return points, [(3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)]

@@ -2,22 +2,9 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.reflection import Reflection, reflection
 from notabug.scenes_usd.authoring.shapes import box, grid, moved
-from notabug.scenes_usd.authoring.stage import (
-    Row,
-    distances,
-    distant_light,
-    lambert,
-    looking,
-    materials,
-    mesh,
-    orbiting_camera,
-    placed,
-    selected,
-    sphere,
-    stage,
-)
 from notabug.scenes_usd.authoring.usda import block
 
 CARD = {
@@ -37,29 +24,29 @@ TILT = (13.0, 29.0, -8.0)  # of the whole scene: no coordinate of the mirror is 
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     points, faces = moved(grid(24, 24, 2.4, 2.4), (0.0, 0.0, 0.7))
-    wall: list[Row] = [(-6.0, -6.0, -1.9), (6.0, -6.0, -1.9), (6.0, 6.0, -1.9), (-6.0, 6.0, -1.9)]
+    wall: list[usd.Row] = [(-6.0, -6.0, -1.9), (6.0, -6.0, -1.9), (6.0, 6.0, -1.9), (-6.0, 6.0, -1.9)]
     parts = [
-        placed(turn=TILT),
-        orbiting_camera((0.0, 0.12, 0.0), (-24.0, 0.0, 0.0)),
-        distant_light(looking((-0.5, -0.75, -0.9)), 4.0),
-        materials(
+        usd.placed(turn=TILT),
+        usd.orbiting_camera((0.0, 0.12, 0.0), (-24.0, 0.0, 0.0)),
+        usd.distant_light(usd.looking((-0.5, -0.75, -0.9)), 4.0),
+        usd.materials(
             reflection("Mirror", Reflection(mirror=0.85)),
-            lambert("Wall", (0.4, 0.44, 0.5)),
-            lambert("Red", (0.68, 0.2, 0.14)),
-            lambert("Yellow", (0.68, 0.55, 0.16)),
+            usd.lambert("Wall", (0.4, 0.44, 0.5)),
+            usd.lambert("Red", (0.68, 0.2, 0.14)),
+            usd.lambert("Yellow", (0.68, 0.55, 0.16)),
         ),
-        mesh("Mirror", points, faces, material="Mirror"),
-        mesh("Wall", wall, [(0, 1, 2, 3)], material="Wall"),
-        block('def Xform "Block"', placed((0.55, 0.25, -0.65), (0.0, 33.0, 0.0)), _block()),
-        sphere("Ball", 0.42, "Red", placed((-0.5, 0.52, -0.5))),
-        distances(1.5, ("10", "1e3", "1e5", "1e7")),
+        usd.mesh("Mirror", points, faces, material="Mirror"),
+        usd.mesh("Wall", wall, [(0, 1, 2, 3)], material="Wall"),
+        block('def Xform "Block"', usd.placed((0.55, 0.25, -0.65), (0.0, 33.0, 0.0)), _block()),
+        usd.sphere("Ball", 0.42, "Red", usd.placed((-0.5, 0.52, -0.5))),
+        usd.distances(1.5, ("10", "1e3", "1e5", "1e7")),
     ]
     return {
-        "acne/mirror.usda": stage(
-            CARD, parts, requires=("mirror", "distant_light"), metadata=selected(camera_distance="10")
+        "acne/mirror.usda": usd.stage(
+            CARD, parts, requires=("mirror", "distant_light"), metadata=usd.selected(camera_distance="10")
         )
     }
 
 
 def _block() -> str:
-    return mesh("Mesh", *box((-0.35, 0.0, -0.35), (0.35, 0.55, 0.35)), material="Yellow")
+    return usd.mesh("Mesh", *box((-0.35, 0.0, -0.35), (0.35, 0.55, 0.35)), material="Yellow")

@@ -2,21 +2,8 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.shapes import lat_long
-from notabug.scenes_usd.authoring.stage import (
-    Row,
-    distances,
-    lambert,
-    materials,
-    mesh,
-    orbiting_camera,
-    over,
-    placed,
-    selected,
-    sphere,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import block, number, vector
 
 CARD = {
@@ -40,29 +27,29 @@ TILT = (-18.0, -7.0, -15.0)
 
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
-    smooth = mesh("Mesh", *lat_long(64, 32), normals=lat_long(64, 32)[0], material="Clay")
-    exact = sphere("Sphere", 1.0, "Clay")
+    smooth = usd.mesh("Mesh", *lat_long(64, 32), normals=lat_long(64, 32)[0], material="Clay")
+    exact = usd.sphere("Sphere", 1.0, "Clay")
     offsets = {name: _offset(float(name)) for name in WORLD_OFFSETS}
     parts = [
         'uniform token[] xformOpOrder = ["xformOp:translate"]',
-        orbiting_camera((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        usd.orbiting_camera((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
         _far_light(),
-        materials(lambert("Clay", (0.65, 0.6, 0.5)), lambert("Grey", (0.5, 0.5, 0.5))),
+        usd.materials(usd.lambert("Clay", (0.65, 0.6, 0.5)), usd.lambert("Grey", (0.5, 0.5, 0.5))),
         wall(),
-        block('def Xform "Ball"', placed(turn=TILT)),
-        distances(1.4, CAMERA_DISTANCES),
-        variant_set("light_distance", {name: _light_at(float(name)) for name in LIGHT_DISTANCES}),
-        variant_set("surface", {"mesh": over("Ball", smooth), "sphere": over("Ball", exact)}),
-        variant_set("world_offset", offsets),
+        block('def Xform "Ball"', usd.placed(turn=TILT)),
+        usd.distances(1.4, CAMERA_DISTANCES),
+        usd.variant_set("light_distance", {name: _light_at(float(name)) for name in LIGHT_DISTANCES}),
+        usd.variant_set("surface", {"mesh": usd.over("Ball", smooth), "sphere": usd.over("Ball", exact)}),
+        usd.variant_set("world_offset", offsets),
     ]
-    metadata = selected(camera_distance="10", light_distance="1e2", surface="mesh", world_offset="0")
-    return {"acne/sphere.usda": stage(CARD, parts, requires=("point_light",), metadata=metadata)}
+    metadata = usd.selected(camera_distance="10", light_distance="1e2", surface="mesh", world_offset="0")
+    return {"acne/sphere.usda": usd.stage(CARD, parts, requires=("point_light",), metadata=metadata)}
 
 
 def wall() -> str:
     """/Scene/Wall behind the ball, so far that the ball's shadow falls outside the picture."""
-    corners: list[Row] = [(-3.0, -3.0, -1.6), (3.0, -3.0, -1.6), (3.0, 3.0, -1.6), (-3.0, 3.0, -1.6)]
-    return mesh("Wall", corners, [(0, 1, 2, 3)], material="Grey")
+    corners: list[usd.Row] = [(-3.0, -3.0, -1.6), (3.0, -3.0, -1.6), (3.0, 3.0, -1.6), (-3.0, 3.0, -1.6)]
+    return usd.mesh("Wall", corners, [(0, 1, 2, 3)], material="Grey")
 
 
 def _far_light() -> str:
@@ -79,12 +66,12 @@ def _far_light() -> str:
 def _light_at(distance: float) -> str:
     """The text of a variant: the light ``distance`` along TO_LIGHT, as bright at the origin from everywhere."""
     place, intensity = lamp(distance)
-    return over(
+    return usd.over(
         "Light", f"float inputs:intensity = {number(intensity)}", f"double3 xformOp:translate = {vector(place)}"
     )
 
 
-def lamp(distance: float) -> tuple[Row, float]:
+def lamp(distance: float) -> tuple[usd.Row, float]:
     """Where the light is and UsdLux's intensity, four times the radiant intensity."""
     place = tuple(distance * x for x in TO_LIGHT)
     return place, 4 * LIT * sum(x * x for x in place)

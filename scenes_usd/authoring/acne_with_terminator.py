@@ -2,19 +2,9 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.acne_sphere import TILT, lamp, wall
 from notabug.scenes_usd.authoring.shapes import lat_long
-from notabug.scenes_usd.authoring.stage import (
-    distances,
-    lambert,
-    materials,
-    mesh,
-    orbiting_camera,
-    placed,
-    point_light,
-    selected,
-    stage,
-)
 from notabug.scenes_usd.authoring.usda import block
 
 CARD = {
@@ -32,14 +22,14 @@ CARD = {
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     points, faces = lat_long(24, 12)
-    ball = mesh("Mesh", points, faces, normals=points, material="Clay")
+    ball = usd.mesh("Mesh", points, faces, normals=points, material="Clay")
     parts = [
-        orbiting_camera((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
-        point_light(*lamp(1e2)),
-        materials(lambert("Clay", (0.65, 0.6, 0.5)), lambert("Grey", (0.5, 0.5, 0.5))),
+        usd.orbiting_camera((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        usd.point_light(*lamp(1e2)),
+        usd.materials(usd.lambert("Clay", (0.65, 0.6, 0.5)), usd.lambert("Grey", (0.5, 0.5, 0.5))),
         wall(),
-        block('def Xform "Ball"', placed(turn=TILT), ball),
-        distances(1.4, ("10", "1e5")),
+        block('def Xform "Ball"', usd.placed(turn=TILT), ball),
+        usd.distances(1.4, ("10", "1e5")),
     ]
-    metadata = selected(camera_distance="1e5")
-    return {"acne/with_terminator.usda": stage(CARD, parts, requires=("point_light",), metadata=metadata)}
+    metadata = usd.selected(camera_distance="1e5")
+    return {"acne/with_terminator.usda": usd.stage(CARD, parts, requires=("point_light",), metadata=metadata)}

@@ -4,17 +4,7 @@ from __future__ import annotations
 
 import math
 
-from notabug.scenes_usd.authoring.stage import (
-    camera,
-    distant_light,
-    lambert,
-    materials,
-    mesh,
-    point_light,
-    selected,
-    stage,
-    variant_set,
-)
+from notabug.scenes_usd.authoring import stage as usd
 
 CARD = {
     "class": "calibration",
@@ -42,16 +32,16 @@ FAR = 50.0  # of the point light: its irradiance varies by 1 in 1000 over the ca
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     lights = {
-        "distant": distant_light((), math.pi),
-        "point": point_light((0.0, 0.0, FAR), 4.0 * math.pi * FAR**2),
+        "distant": usd.distant_light((), math.pi),
+        "point": usd.point_light((0.0, 0.0, FAR), 4.0 * math.pi * FAR**2),
     }
     parts = [
-        camera((0.0, 0.0, 4.0), (), 0.3, (0.1, 100.0)),
-        materials(*(lambert(f"Colour{key}", colour) for key, colour in COLOURS.items())),
+        usd.camera((0.0, 0.0, 4.0), (), 0.3, (0.1, 100.0)),
+        usd.materials(*(usd.lambert(f"Colour{key}", colour) for key, colour in COLOURS.items())),
         *(_squares(key) for key in COLOURS),
-        variant_set("light", lights),
+        usd.variant_set("light", lights),
     ]
-    data = stage(CARD, parts, requires=("mesh",), metadata=selected(light="distant"))
+    data = usd.stage(CARD, parts, requires=("mesh",), metadata=usd.selected(light="distant"))
     return {"calibration/plain_card.usda": data}
 
 
@@ -65,4 +55,4 @@ def _squares(key: str) -> str:
                 x, y, first = -1.0 + column / 4.0, 1.0 - row / 4.0, len(points)
                 points += [(x, y - 0.25, 0.0), (x + 0.25, y - 0.25, 0.0), (x + 0.25, y, 0.0), (x, y, 0.0)]
                 faces.append((first, first + 1, first + 2, first + 3))
-    return mesh(f"Squares{key}", points, faces, material=f"Colour{key}")
+    return usd.mesh(f"Squares{key}", points, faces, material=f"Colour{key}")

@@ -2,18 +2,8 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.reflection import Reflection, reflection
-from notabug.scenes_usd.authoring.stage import (
-    camera,
-    lambert,
-    looking,
-    materials,
-    mesh,
-    placed,
-    point_light,
-    sphere,
-    stage,
-)
 
 CARD = {
     "class": "mirror",
@@ -39,18 +29,18 @@ def files() -> dict[str, bytes]:
     left = [(-1.8, -1.0, 3.0), (-1.8, -1.0, -1.8), (-1.8, 3.4, -1.8), (-1.8, 3.4, 3.0)]
     back = [(-1.8, -1.0, -1.8), (3.0, -1.0, -1.8), (3.0, 3.4, -1.8), (-1.8, 3.4, -1.8)]
     parts = [
-        camera(EYE, looking(tuple(b - a for a, b in zip(EYE, TARGET, strict=True))), 0.37, (0.1, 100.0)),
-        point_light(LIGHT, 108.0),
-        materials(
+        usd.camera(EYE, usd.looking(tuple(b - a for a, b in zip(EYE, TARGET, strict=True))), 0.37, (0.1, 100.0)),
+        usd.point_light(LIGHT, 108.0),
+        usd.materials(
             reflection("Mirror", Reflection(diffuse=(0.02, 0.03, 0.04), mirror=0.85)),
             reflection("Lacquer", lacquer),
-            lambert("Grey", (0.34, 0.35, 0.37)),
+            usd.lambert("Grey", (0.34, 0.35, 0.37)),
         ),
-        mesh("Floor", floor, one, material="Grey"),
-        mesh("Left", left, one, material="Mirror"),
-        mesh("Back", back, one, material="Mirror"),
-        sphere("Ball", 0.8, "Lacquer", placed((0.0, -0.2, 0.0))),
+        usd.mesh("Floor", floor, one, material="Grey"),
+        usd.mesh("Left", left, one, material="Mirror"),
+        usd.mesh("Back", back, one, material="Mirror"),
+        usd.sphere("Ball", 0.8, "Lacquer", usd.placed((0.0, -0.2, 0.0))),
     ]
     return {
-        "mirror/corner.usda": stage(CARD, parts, requires=("sphere", "mirror", "phong", "point_light"), metadata="")
+        "mirror/corner.usda": usd.stage(CARD, parts, requires=("sphere", "mirror", "phong", "point_light"), metadata="")
     }

@@ -6,21 +6,9 @@ import math
 
 import numpy as np
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.normal_maps import CITES, Floats, encoded, mapped, places
 from notabug.scenes_usd.authoring.png import png
-from notabug.scenes_usd.authoring.stage import (
-    Row,
-    as_float32,
-    camera,
-    distant_light,
-    looking,
-    materials,
-    mesh,
-    over,
-    selected,
-    stage,
-    variant_set,
-)
 
 CARD = {
     "class": "normal_maps",
@@ -42,25 +30,25 @@ def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     down = math.radians(ELEVATION)
     cameras = {"low": _seen(18.0), "high": _seen(40.0)}
-    slopes = {name: over("Materials/Bumps/Normals", f"asset inputs:file = @{_file(name)}@") for name in STEEPEST}
+    slopes = {name: usd.over("Materials/Bumps/Normals", f"asset inputs:file = @{_file(name)}@") for name in STEEPEST}
     parts = [
-        distant_light(looking((math.cos(down), -math.sin(down), -0.12)), 3.2),
-        materials(mapped("Bumps", "", (0.75, 0.5, 0.3), roughness=0.45)),
+        usd.distant_light(usd.looking((math.cos(down), -math.sin(down), -0.12)), 3.2),
+        usd.materials(mapped("Bumps", "", (0.75, 0.5, 0.3), roughness=0.45)),
         _strip("Near", 0.0, (0.04, 1.04)),
         _strip("Far", 24.0, (-1.04, -0.04)),
-        variant_set("camera", cameras),
-        variant_set("slope", slopes),
+        usd.variant_set("camera", cameras),
+        usd.variant_set("slope", slopes),
     ]
     return {
         **{
             f"normal_maps/textures/{name}.png": png(encoded(bumps(TEXELS, steepest)))
             for name, steepest in STEEPEST.items()
         },
-        "normal_maps/bumps.usda": stage(
+        "normal_maps/bumps.usda": usd.stage(
             CARD,
             parts,
             requires=("uv", "normal_map", "distant_light"),
-            metadata=selected(camera="low", slope="steep"),
+            metadata=usd.selected(camera="low", slope="steep"),
             size=WIDE,
         ),
     }
@@ -70,16 +58,16 @@ def _seen(elevation: float) -> str:
     """The camera at ``elevation`` degrees, 4.4 away from the middle of both strips, looking there."""
     angle = math.radians(elevation)
     eye = (0.0, 4.4 * math.sin(angle), 4.4 * math.cos(angle))
-    return camera(eye, (-elevation, 0.0, 0.0), 0.3, (0.1, 100.0), aspect=WIDE[0] / WIDE[1])
+    return usd.camera(eye, (-elevation, 0.0, 0.0), 0.3, (0.1, 100.0), aspect=WIDE[0] / WIDE[1])
 
 
 def _strip(name: str, turn: float, z: tuple[float, float]) -> str:
     """A rectangle between two z, turned about the z axis towards +x by ``turn`` degrees: 4 by 2 cells."""
     angle = math.radians(turn)
     x, y = math.cos(angle), -math.sin(angle)
-    points: list[Row] = [(-x, -y, z[1]), (x, y, z[1]), (x, y, z[0]), (-x, -y, z[0])]
-    uv: list[Row] = [(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (0.0, 2.0)]
-    return mesh(name, as_float32(points), [(0, 1, 2), (0, 2, 3)], material="Bumps", uv=uv)
+    points: list[usd.Row] = [(-x, -y, z[1]), (x, y, z[1]), (x, y, z[0]), (-x, -y, z[0])]
+    uv: list[usd.Row] = [(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (0.0, 2.0)]
+    return usd.mesh(name, usd.as_float32(points), [(0, 1, 2), (0, 2, 3)], material="Bumps", uv=uv)
 
 
 def _file(slope: str) -> str:

@@ -4,17 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.normal_maps import CITES, LEVEL, SIZE, SPECIFIED, mapped, tile, unmapped
 from notabug.scenes_usd.authoring.png import png
-from notabug.scenes_usd.authoring.stage import (
-    camera,
-    materials,
-    mesh,
-    point_light,
-    selected,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import block
 
 CARD = {
@@ -45,9 +37,9 @@ def files() -> dict[str, bytes]:
     }
     wall = [(-1.6, -1.6, -0.2), (1.6, -1.6, -0.2), (1.6, 1.6, -0.2), (-1.6, 1.6, -0.2)]
     parts = [
-        camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), 0.34, (0.1, 100.0)),
-        point_light((-1.5, 1.3, 3.0), 75.0),
-        materials(
+        usd.camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), 0.34, (0.1, 100.0)),
+        usd.point_light((-1.5, 1.3, 3.0), 75.0),
+        usd.materials(
             *(
                 mapped(f"{name}{part}", FILE, colour, roughness=rough, bias=bias)
                 for name, bias in (("Mapped", SPECIFIED), ("Level", LEVEL))
@@ -57,17 +49,17 @@ def files() -> dict[str, bytes]:
             unmapped("PlainWall", WALL, roughness=0.5),
         ),
         tile("Tile", "", rise=0.45, mirrored=False),
-        mesh("Wall", wall, [(0, 1, 2, 3)], uv=[(0, 0), (1, 0), (1, 1), (0, 1)]),
-        variant_set("map", maps),
+        usd.mesh("Wall", wall, [(0, 1, 2, 3)], uv=[(0, 0), (1, 0), (1, 1), (0, 1)]),
+        usd.variant_set("map", maps),
     ]
     up = np.broadcast_to(np.array([128, 128, 255], np.uint8), (2, 2, 3))
     return {
         "normal_maps/textures/up.png": png(np.ascontiguousarray(up)),
-        "normal_maps/identity.usda": stage(
+        "normal_maps/identity.usda": usd.stage(
             CARD,
             parts,
             requires=("normals", "uv", "normal_map", "point_light"),
-            metadata=selected(map="bytes"),
+            metadata=usd.selected(map="bytes"),
             size=SIZE,
         ),
     }

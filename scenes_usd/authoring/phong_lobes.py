@@ -2,18 +2,8 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.reflection import Reflection, reflection
-from notabug.scenes_usd.authoring.stage import (
-    camera,
-    distant_light,
-    looking,
-    materials,
-    over,
-    selected,
-    sphere,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import number
 
 CARD = {
@@ -34,26 +24,28 @@ PLASTIC = Reflection(diffuse=(0.12, 0.2, 0.32), specular=(0.62, 0.62, 0.62), exp
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     parts = [
-        camera((0.0, 0.0, 40.0), (), 0.0285, (1.0, 100.0)),
-        distant_light(looking((-0.92, -0.2, 0.335)), 3.7),
-        materials(reflection("Plastic", PLASTIC)),
-        sphere("Ball", 1.0, "Plastic"),
+        usd.camera((0.0, 0.0, 40.0), (), 0.0285, (1.0, 100.0)),
+        usd.distant_light(usd.looking((-0.92, -0.2, 0.335)), 3.7),
+        usd.materials(reflection("Plastic", PLASTIC)),
+        usd.sphere("Ball", 1.0, "Plastic"),
         *lobe_sets(),
     ]
-    metadata = selected(lobe="phong", n="32")
-    return {"phong/lobes.usda": stage(CARD, parts, requires=("sphere", "distant_light"), metadata=metadata)}
+    metadata = usd.selected(lobe="phong", n="32")
+    return {"phong/lobes.usda": usd.stage(CARD, parts, requires=("sphere", "distant_light"), metadata=metadata)}
 
 
 def lobe_set() -> str:
     """The variant set ``lobe`` of the material Plastic."""
-    lobes = {name: over("Materials/Plastic/Reflection", f'token inputs:lobe = "{name}"') for name in ("phong", "blinn")}
-    return variant_set("lobe", lobes)
+    lobes = {
+        name: usd.over("Materials/Plastic/Reflection", f'token inputs:lobe = "{name}"') for name in ("phong", "blinn")
+    }
+    return usd.variant_set("lobe", lobes)
 
 
 def lobe_sets() -> tuple[str, str]:
     """The variant sets ``lobe`` and ``n`` of the material Plastic."""
     exponents = {
-        name: over("Materials/Plastic/Reflection", f"float inputs:exponent = {number(float(name))}")
+        name: usd.over("Materials/Plastic/Reflection", f"float inputs:exponent = {number(float(name))}")
         for name in EXPONENTS
     }
-    return lobe_set(), variant_set("n", exponents)
+    return lobe_set(), usd.variant_set("n", exponents)

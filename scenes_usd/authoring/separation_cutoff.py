@@ -2,19 +2,9 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.phong_lobes import lobe_set
 from notabug.scenes_usd.authoring.reflection import Reflection, reflection
-from notabug.scenes_usd.authoring.stage import (
-    camera,
-    distant_light,
-    lambert,
-    looking,
-    materials,
-    mesh,
-    selected,
-    sphere,
-    stage,
-)
 
 CARD = {
     "class": "separation",
@@ -36,12 +26,12 @@ def files() -> dict[str, bytes]:
     wax = Reflection(diffuse=(0.3, 0.12, 0.08), specular=(0.55, 0.55, 0.55), exponent=EXPONENT, lobe=None)
     floor = [(-9.0, -1.02, 5.0), (9.0, -1.02, 5.0), (9.0, -1.02, -14.0), (-9.0, -1.02, -14.0)]
     parts = [
-        camera(EYE, looking((0.0, -2.3, -7.6)), 0.18, (0.1, 100.0)),
-        distant_light(looking((-0.55, -0.42, 0.7)), 3.9),
-        materials(reflection("Plastic", wax), lambert("Grey", (0.3, 0.31, 0.33))),
-        mesh("Floor", floor, [(0, 1, 2, 3)], material="Grey"),
-        sphere("Ball", 1.0, "Plastic"),
+        usd.camera(EYE, usd.looking((0.0, -2.3, -7.6)), 0.18, (0.1, 100.0)),
+        usd.distant_light(usd.looking((-0.55, -0.42, 0.7)), 3.9),
+        usd.materials(reflection("Plastic", wax), usd.lambert("Grey", (0.3, 0.31, 0.33))),
+        usd.mesh("Floor", floor, [(0, 1, 2, 3)], material="Grey"),
+        usd.sphere("Ball", 1.0, "Plastic"),
         lobe_set(),
     ]
-    metadata = selected(lobe="phong")
-    return {"separation/cutoff.usda": stage(CARD, parts, requires=("sphere", "distant_light"), metadata=metadata)}
+    metadata = usd.selected(lobe="phong")
+    return {"separation/cutoff.usda": usd.stage(CARD, parts, requires=("sphere", "distant_light"), metadata=metadata)}

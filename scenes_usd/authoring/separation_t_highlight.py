@@ -4,17 +4,8 @@ from __future__ import annotations
 
 import math
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.reflection import Reflection, reflection
-from notabug.scenes_usd.authoring.stage import (
-    camera,
-    materials,
-    mesh,
-    over,
-    point_light,
-    selected,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import vector
 
 CARD = {
@@ -39,15 +30,15 @@ def files() -> dict[str, bytes]:
     drop = math.degrees(math.atan2(EYE[2] - TARGET[2], TARGET[1] - EYE[1]))
     floor = [(-12.0, -7.0, 0.0), (12.0, -7.0, 0.0), (12.0, 17.0, 0.0), (-12.0, 17.0, 0.0)]
     parts = [
-        camera(EYE, (90.0 - drop, 0.0, 0.0), math.tan(math.radians(22.5)), (0.1, 100.0), 512 / 384),
-        point_light(LIGHT, INTENSITY),
-        materials(reflection("Varnish", Reflection(diffuse=None, specular=None, exponent=EXPONENT))),
-        mesh("Floor", floor, [(0, 1, 2, 3)], material="Varnish"),
-        variant_set("part", {"both": _part(KD, KS), "diffuse": _part(KD, 0.0), "specular": _part(0.0, KS)}),
+        usd.camera(EYE, (90.0 - drop, 0.0, 0.0), math.tan(math.radians(22.5)), (0.1, 100.0), 512 / 384),
+        usd.point_light(LIGHT, INTENSITY),
+        usd.materials(reflection("Varnish", Reflection(diffuse=None, specular=None, exponent=EXPONENT))),
+        usd.mesh("Floor", floor, [(0, 1, 2, 3)], material="Varnish"),
+        usd.variant_set("part", {"both": _part(KD, KS), "diffuse": _part(KD, 0.0), "specular": _part(0.0, KS)}),
     ]
     return {
-        "separation/t_highlight.usda": stage(
-            CARD, parts, requires=("point_light",), metadata=selected(part="both"), size=(512, 384), up="Z"
+        "separation/t_highlight.usda": usd.stage(
+            CARD, parts, requires=("point_light",), metadata=usd.selected(part="both"), size=(512, 384), up="Z"
         )
     }
 
@@ -55,4 +46,4 @@ def files() -> dict[str, bytes]:
 def _part(kd: float, ks: float) -> str:
     diffuse = f"color3f inputs:diffuseColor = {vector((kd,) * 3)}"
     specular = f"color3f inputs:specularColor = {vector((ks,) * 3)}"
-    return over("Materials/Varnish", over("Reflection", diffuse, specular), over("Surface", diffuse))
+    return usd.over("Materials/Varnish", usd.over("Reflection", diffuse, specular), usd.over("Surface", diffuse))

@@ -2,20 +2,8 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.shapes import bowl
-from notabug.scenes_usd.authoring.stage import (
-    camera,
-    lambert,
-    looking,
-    materials,
-    mesh,
-    over,
-    placed,
-    point_light,
-    selected,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.terminator_sphere import TESSELLATIONS
 from notabug.scenes_usd.authoring.usda import block
 
@@ -37,24 +25,24 @@ TURN = (0.0, 11.0, 0.0)  # about the axis: the light falls between the lines of 
 
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
-    floor = mesh(
+    floor = usd.mesh(
         "Floor",
         [(-9.0, -1.05, 7.0), (9.0, -1.05, 7.0), (9.0, -1.05, -9.0), (-9.0, -1.05, -9.0)],
         [(0, 1, 2, 3)],
         material="Grey",
     )
     parts = [
-        camera(EYE, looking((-0.5, -5.75, -4.2)), 0.2, (0.1, 100.0)),
-        point_light((5.5, 9.0, -4.5), 1900.0),
-        materials(lambert("Glaze", (0.6, 0.66, 0.7)), lambert("Grey", (0.5, 0.5, 0.5))),
+        usd.camera(EYE, usd.looking((-0.5, -5.75, -4.2)), 0.2, (0.1, 100.0)),
+        usd.point_light((5.5, 9.0, -4.5), 1900.0),
+        usd.materials(usd.lambert("Glaze", (0.6, 0.66, 0.7)), usd.lambert("Grey", (0.5, 0.5, 0.5))),
         floor,
-        block('def Xform "Bowl"', placed(turn=TURN)),
-        variant_set("tessellation", {f"{n}x{m}": over("Bowl", _bowl(n, m)) for n, m in TESSELLATIONS}),
+        block('def Xform "Bowl"', usd.placed(turn=TURN)),
+        usd.variant_set("tessellation", {f"{n}x{m}": usd.over("Bowl", _bowl(n, m)) for n, m in TESSELLATIONS}),
     ]
-    metadata = selected(tessellation=DEFAULT)
-    return {"terminator/bowl.usda": stage(CARD, parts, requires=("normals", "point_light"), metadata=metadata)}
+    metadata = usd.selected(tessellation=DEFAULT)
+    return {"terminator/bowl.usda": usd.stage(CARD, parts, requires=("normals", "point_light"), metadata=metadata)}
 
 
 def _bowl(n: int, m: int) -> str:
     points, faces = bowl(n, m)
-    return mesh("Mesh", points, faces, normals=[tuple(-x for x in point) for point in points], material="Glaze")
+    return usd.mesh("Mesh", points, faces, normals=[tuple(-x for x in point) for point in points], material="Glaze")

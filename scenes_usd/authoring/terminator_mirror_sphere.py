@@ -4,22 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.reflection import Reflection, reflection
 from notabug.scenes_usd.authoring.shapes import box, lat_long
-from notabug.scenes_usd.authoring.stage import (
-    Row,
-    camera,
-    lambert,
-    looking,
-    materials,
-    mesh,
-    over,
-    placed,
-    point_light,
-    selected,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import block
 
 CARD = {
@@ -49,27 +36,31 @@ def files() -> dict[str, bytes]:
 def in_a_room(card: dict[str, str], material: str, requires: tuple[str, ...]) -> bytes:
     """The stage of a ball of the material Ball, over tiles, between a red and a green wall, before more tiles."""
     parts = [
-        camera((0.0, 1.5, 4.6), looking((0.0, -0.62, -4.6)), 0.37, (0.1, 100.0)),
-        point_light((-1.0, 7.0, 9.0), 1900.0),
-        materials(
+        usd.camera((0.0, 1.5, 4.6), usd.looking((0.0, -0.62, -4.6)), 0.37, (0.1, 100.0)),
+        usd.point_light((-1.0, 7.0, 9.0), 1900.0),
+        usd.materials(
             material,
-            lambert("Light", (0.68, 0.66, 0.6)),
-            lambert("Dark", (0.2, 0.22, 0.26)),
-            lambert("Red", (0.6, 0.16, 0.12)),
-            lambert("Green", (0.2, 0.48, 0.2)),
-            lambert("Blue", (0.3, 0.4, 0.6)),
-            lambert("White", (0.6, 0.62, 0.64)),
-            lambert("Yellow", (0.6, 0.5, 0.14)),
+            usd.lambert("Light", (0.68, 0.66, 0.6)),
+            usd.lambert("Dark", (0.2, 0.22, 0.26)),
+            usd.lambert("Red", (0.6, 0.16, 0.12)),
+            usd.lambert("Green", (0.2, 0.48, 0.2)),
+            usd.lambert("Blue", (0.3, 0.4, 0.6)),
+            usd.lambert("White", (0.6, 0.62, 0.64)),
+            usd.lambert("Yellow", (0.6, 0.5, 0.14)),
         ),
         *_tiles("Floor", ("Light", "Dark"), 1.5, lambda a, b: (a, 0.0, -b), (-3.0, -3.0), (4, 4)),
         *_tiles("Back", ("Blue", "White"), 1.0, lambda a, b: (a, b, -3.0), (-3.0, 0.0), (6, 5)),
-        mesh("Left", [(-3.0, 0.0, 3.0), (-3.0, 0.0, -3.0), (-3.0, 5.0, -3.0), (-3.0, 5.0, 3.0)], ONE, material="Red"),
-        mesh("Right", [(3.0, 0.0, -3.0), (3.0, 0.0, 3.0), (3.0, 5.0, 3.0), (3.0, 5.0, -3.0)], ONE, material="Green"),
-        mesh("Block", *box((1.35, 0.0, 0.3), (1.85, 0.8, 0.8)), material="Yellow"),
-        block('def Xform "Ball"', placed((0.0, 1.05, 0.0), TILT)),
-        variant_set("tessellation", {f"{n}x{m}": over("Ball", _ball(n, m)) for n, m in TESSELLATIONS}),
+        usd.mesh(
+            "Left", [(-3.0, 0.0, 3.0), (-3.0, 0.0, -3.0), (-3.0, 5.0, -3.0), (-3.0, 5.0, 3.0)], ONE, material="Red"
+        ),
+        usd.mesh(
+            "Right", [(3.0, 0.0, -3.0), (3.0, 0.0, 3.0), (3.0, 5.0, 3.0), (3.0, 5.0, -3.0)], ONE, material="Green"
+        ),
+        usd.mesh("Block", *box((1.35, 0.0, 0.3), (1.85, 0.8, 0.8)), material="Yellow"),
+        block('def Xform "Ball"', usd.placed((0.0, 1.05, 0.0), TILT)),
+        usd.variant_set("tessellation", {f"{n}x{m}": usd.over("Ball", _ball(n, m)) for n, m in TESSELLATIONS}),
     ]
-    return stage(card, parts, requires=requires, metadata=selected(tessellation=DEFAULT))
+    return usd.stage(card, parts, requires=requires, metadata=usd.selected(tessellation=DEFAULT))
 
 
 ONE = [(0, 1, 2, 3)]
@@ -79,7 +70,7 @@ def _tiles(
     name: str,
     tones: tuple[str, str],
     side: float,
-    place: Callable[[float, float], Row],
+    place: Callable[[float, float], usd.Row],
     corner: tuple[float, float],
     count: tuple[int, int],
 ) -> list[str]:
@@ -93,10 +84,10 @@ def _tiles(
             for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))
         ]
         faces = [tuple(range(4 * k, 4 * k + 4)) for k in range(len(squares))]
-        drawn.append(mesh(f"{name}{tone}", points, faces, material=tone))
+        drawn.append(usd.mesh(f"{name}{tone}", points, faces, material=tone))
     return drawn
 
 
 def _ball(n: int, m: int) -> str:
     points, faces = lat_long(n, m)
-    return mesh("Mesh", points, faces, normals=points, material="Ball")
+    return usd.mesh("Mesh", points, faces, normals=points, material="Ball")

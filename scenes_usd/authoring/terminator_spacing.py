@@ -4,19 +4,8 @@ from __future__ import annotations
 
 import math
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.shapes import lat_long
-from notabug.scenes_usd.authoring.stage import (
-    camera,
-    lambert,
-    materials,
-    mesh,
-    over,
-    placed,
-    point_light,
-    selected,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import block
 
 CARD = {
@@ -38,22 +27,22 @@ TURN = (0.0, 30.0, 0.0)  # the sparse side faces the terminator that the viewer 
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     spacings = {"even": _ball(0.0), "uneven": _ball(CROWDING)}
-    floor = mesh(
+    floor = usd.mesh(
         "Floor",
         [(-16.0, 0.0, 8.0), (12.0, 0.0, 8.0), (12.0, 0.0, -20.0), (-16.0, 0.0, -20.0)],
         [(0, 1, 2, 3)],
         material="Grey",
     )
     parts = [
-        camera((0.0, 4.2, 8.2), (-23.0, 3.5, 0.0), 0.22, (0.1, 100.0)),
-        point_light((14.0, 12.0, -2.0), 4000.0),
-        materials(lambert("Clay", (0.6, 0.52, 0.5)), lambert("Grey", (0.5, 0.5, 0.5))),
+        usd.camera((0.0, 4.2, 8.2), (-23.0, 3.5, 0.0), 0.22, (0.1, 100.0)),
+        usd.point_light((14.0, 12.0, -2.0), 4000.0),
+        usd.materials(usd.lambert("Clay", (0.6, 0.52, 0.5)), usd.lambert("Grey", (0.5, 0.5, 0.5))),
         floor,
-        block('def Xform "Ball"', placed((0.0, 1.05, 0.0), TURN)),
-        variant_set("spacing", {name: over("Ball", text) for name, text in spacings.items()}),
+        block('def Xform "Ball"', usd.placed((0.0, 1.05, 0.0), TURN)),
+        usd.variant_set("spacing", {name: usd.over("Ball", text) for name, text in spacings.items()}),
     ]
-    metadata = selected(spacing="even")
-    return {"terminator/spacing.usda": stage(CARD, parts, requires=("normals", "point_light"), metadata=metadata)}
+    metadata = usd.selected(spacing="even")
+    return {"terminator/spacing.usda": usd.stage(CARD, parts, requires=("normals", "point_light"), metadata=metadata)}
 
 
 def _ball(crowding: float) -> str:
@@ -63,4 +52,4 @@ def _ball(crowding: float) -> str:
         return share + crowding * math.sin(2 * math.pi * share) / (2 * math.pi)
 
     points, faces = lat_long(N, M, around)
-    return mesh("Mesh", points, faces, normals=points, material="Clay")
+    return usd.mesh("Mesh", points, faces, normals=points, material="Clay")

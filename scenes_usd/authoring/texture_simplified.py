@@ -9,19 +9,8 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.shapes import Shape, grid
-from notabug.scenes_usd.authoring.stage import (
-    Row,
-    camera,
-    distant_light,
-    looking,
-    materials,
-    mesh,
-    selected,
-    stage,
-    textured,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import block, indent
 
 CARD = {
@@ -52,18 +41,18 @@ def files() -> dict[str, bytes]:
         corners, wedges, triangles = read_obj(MESHES / f"simplified_{name}.obj")
         variants[name] = _standing_in(_drawn(_mesh("Mesh", corners, triangles, wedges)))
     parts = [
-        camera((0.15, 3.1, 2.6), looking((-0.15, -3.1, -2.6)), 0.28, (0.1, 100.0)),
-        distant_light(looking((0.45, -1.0, -0.2)), 3.2),
-        materials(textured("Checker", "./textures/checker.png")),
+        usd.camera((0.15, 3.1, 2.6), usd.looking((-0.15, -3.1, -2.6)), 0.28, (0.1, 100.0)),
+        usd.distant_light(usd.looking((0.45, -1.0, -0.2)), 3.2),
+        usd.materials(usd.textured("Checker", "./textures/checker.png")),
         block('def Xform "Relief"', intent),
-        variant_set("simplified", variants),
+        usd.variant_set("simplified", variants),
     ]
     return {
-        "texture/simplified.usda": stage(
+        "texture/simplified.usda": usd.stage(
             CARD,
             parts,
             requires=("mesh", "normals", "texture", "uv", "distant_light"),
-            metadata=selected(simplified="without_uv"),
+            metadata=usd.selected(simplified="without_uv"),
         )
     }
 
@@ -74,7 +63,7 @@ def height(x: float, z: float) -> float:
     return top * math.exp(-((x - cx) ** 2 + (z - cz) ** 2) / (2 * radius**2))
 
 
-def normal(x: float, z: float) -> Row:
+def normal(x: float, z: float) -> usd.Row:
     """The upward unit normal of the relief."""
     cx, cz, _, radius = HILL
     slope = height(x, z) / radius**2
@@ -83,7 +72,7 @@ def normal(x: float, z: float) -> Row:
     return tuple(each / length for each in n)
 
 
-def coordinates(x: float, z: float) -> Row:
+def coordinates(x: float, z: float) -> usd.Row:
     """uv: the plan of the relief, turned about the swirl's centre by an angle that fades towards the edges."""
     cx, cz, turn, radius = SWIRL
     dx, dz = x - cx, z - cz
@@ -98,7 +87,7 @@ def relief() -> Shape:
     return [(x, height(x, z), z) for x, _, z in points], faces
 
 
-def read_obj(path: Path) -> tuple[list[Row], list[Row], list[tuple[int, ...]]]:
+def read_obj(path: Path) -> tuple[list[usd.Row], list[usd.Row], list[tuple[int, ...]]]:
     """Points, uv per point and triangles of what ``simplify`` wrote."""
     rows: dict[str, list[list[str]]] = {"v": [], "vt": [], "f": []}
     for line in path.read_text(encoding="ascii").splitlines():
@@ -110,10 +99,10 @@ def read_obj(path: Path) -> tuple[list[Row], list[Row], list[tuple[int, ...]]]:
 
 
 def _mesh(
-    name: str, points: list[Row], faces: list[tuple[int, ...]], uv: list[Row], lines: list[str] | None = None
+    name: str, points: list[usd.Row], faces: list[tuple[int, ...]], uv: list[usd.Row], lines: list[str] | None = None
 ) -> str:
     normals = [normal(x, z) for x, _, z in points]
-    return mesh(name, points, faces, normals=normals, uv=uv, material="Checker", lines=lines or ())
+    return usd.mesh(name, points, faces, normals=normals, uv=uv, material="Checker", lines=lines or ())
 
 
 def _drawn(text: str) -> str:

@@ -4,17 +4,7 @@ from __future__ import annotations
 
 import math
 
-from notabug.scenes_usd.authoring.stage import (
-    Row,
-    camera,
-    distant_light,
-    looking,
-    materials,
-    mesh,
-    selected,
-    stage,
-    variant_set,
-)
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.texture_spaces import CITES, REQUIRES, SIZE, looked_up, painted, space, wraps
 from notabug.scenes_usd.authoring.usda import integers, vectors
 
@@ -37,26 +27,26 @@ TURNS = (2.0, 1.0)  # how often the picture is repeated round the drum, and up
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     parts = [
-        camera((0.0, 0.5, 5.2), looking((0.0, -0.5, -5.2)), 0.24, (0.1, 100.0)),
-        distant_light(looking((0.0, -0.9, -5.2)), 3.2),
-        materials(painted("Letters", space("raw"), looked_up("Letters", "Coordinates"), *wraps("repeat", "clamp"))),
-        variant_set("columns", {each: drum(int(each)) for each in COLUMNS}),
+        usd.camera((0.0, 0.5, 5.2), usd.looking((0.0, -0.5, -5.2)), 0.24, (0.1, 100.0)),
+        usd.distant_light(usd.looking((0.0, -0.9, -5.2)), 3.2),
+        usd.materials(painted("Letters", space("raw"), looked_up("Letters", "Coordinates"), *wraps("repeat", "clamp"))),
+        usd.variant_set("columns", {each: drum(int(each)) for each in COLUMNS}),
     ]
-    data = stage(CARD, parts, requires=(*REQUIRES, "normals"), metadata=selected(columns="9"), size=SIZE)
+    data = usd.stage(CARD, parts, requires=(*REQUIRES, "normals"), metadata=usd.selected(columns="9"), size=SIZE)
     return {"texture_space/seam.usda": data}
 
 
 def drum(columns: int) -> str:
     """An open cylinder of ``columns`` faces round, whose first points are its last ones, seen from the seam's side."""
-    points: list[Row] = []
-    normals: list[Row] = []
+    points: list[usd.Row] = []
+    normals: list[usd.Row] = []
     for row in range(ROWS + 1):
         for column in range(columns):
             angle = math.tau * column / columns
             points.append((RADIUS * math.sin(angle), HEIGHT * (row / ROWS - 0.5), RADIUS * math.cos(angle)))
             normals.append((math.sin(angle), 0.0, math.cos(angle)))
     faces = []
-    uv: list[Row] = []
+    uv: list[usd.Row] = []
     for row in range(ROWS):
         for column in range(columns):
             after = (column + 1) % columns
@@ -75,4 +65,4 @@ def drum(columns: int) -> str:
         f'texCoord2f[] primvars:st = {vectors(distinct)} (\n    interpolation = "faceVarying"\n)',
         f"int[] primvars:st:indices = {integers(distinct.index(each) for each in uv)}",
     ]
-    return mesh("Drum", points, faces, material="Letters", normals=normals, lines=lines)
+    return usd.mesh("Drum", points, faces, material="Letters", normals=normals, lines=lines)

@@ -2,18 +2,8 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.png import png
-from notabug.scenes_usd.authoring.stage import (
-    camera,
-    distant_light,
-    looking,
-    materials,
-    mesh,
-    over,
-    selected,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.texture_spaces import (
     CITES,
     PICTURE,
@@ -53,7 +43,7 @@ SCALE, ROTATION, TRANSLATION = (0.75, 0.5), 30.0, (0.4, -0.3)
 
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
-    board = mesh(
+    board = usd.mesh(
         "Board",
         [(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)],
         [(0, 1, 2, 3)],
@@ -61,22 +51,24 @@ def files() -> dict[str, bytes]:
         material="Letters",
     )
     parts = [
-        camera((0.5, 0.35, 4.2), looking((-0.5, -0.35, -4.2)), 0.27, (0.1, 100.0)),
-        distant_light(looking((0.3, -0.4, -1.0)), 3.2),
-        materials(painted("Letters")),
+        usd.camera((0.5, 0.35, 4.2), usd.looking((-0.5, -0.35, -4.2)), 0.27, (0.1, 100.0)),
+        usd.distant_light(usd.looking((0.3, -0.4, -1.0)), 3.2),
+        usd.materials(painted("Letters")),
         board,
-        variant_set("wrap", {name: over(TEXTURE, *wraps(*modes)) for name, modes in MODES.items()}),
-        variant_set(
+        usd.variant_set("wrap", {name: usd.over(TEXTURE, *wraps(*modes)) for name, modes in MODES.items()}),
+        usd.variant_set(
             "space",
-            {each: over(TEXTURE, space(each)) for each in ("raw", "sRGB")},
+            {each: usd.over(TEXTURE, space(each)) for each in ("raw", "sRGB")},
         ),
-        variant_set("transform", {"none": over(TEXTURE, looked_up("Letters", "Coordinates")), "all": _placed()}),
+        usd.variant_set(
+            "transform", {"none": usd.over(TEXTURE, looked_up("Letters", "Coordinates")), "all": _placed()}
+        ),
     ]
-    data = stage(
+    data = usd.stage(
         CARD,
         parts,
         requires=REQUIRES,
-        metadata=selected(wrap="repeat", space="raw", transform="none"),
+        metadata=usd.selected(wrap="repeat", space="raw", transform="none"),
         size=SIZE,
     )
     return {"texture_space/wrap.usda": data, f"texture_space/{PICTURE}": png(picture())}
@@ -93,5 +85,5 @@ def _placed() -> str:
         f"float2 inputs:translation = {vector(TRANSLATION)}\n"
         "float2 outputs:result",
     )
-    texture = over("Texture", looked_up("Letters", "Place"))
-    return over("Materials/Letters", place, texture)
+    texture = usd.over("Texture", looked_up("Letters", "Place"))
+    return usd.over("Materials/Letters", place, texture)

@@ -5,19 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.png import png
-from notabug.scenes_usd.authoring.stage import (
-    Row,
-    as_float32,
-    camera,
-    distant_light,
-    materials,
-    mesh,
-    placed,
-    stage,
-    textured,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import block
 
 CARD = {
@@ -31,7 +20,7 @@ CARD = {
     "cites": "Woo, Pearce and Ouellette 1996, Table 1, figures 10 and 11",
 }
 
-CORNERS = as_float32([(-1.6, -1.05, 0.0), (1.65, -0.8, 0.0), (0.55, 0.95, 0.0), (-0.1, 1.15, 0.0)])
+CORNERS = usd.as_float32([(-1.6, -1.05, 0.0), (1.65, -0.8, 0.0), (0.55, 0.95, 0.0), (-0.1, 1.15, 0.0)])
 UV = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
 TURN = (-24.0, 21.0, 0.0)  # degrees about x, then y: oblique to the camera, so perspective shows
 GRIDS = (2, 4, 8, 15, 30)
@@ -51,25 +40,25 @@ MARKS = {  # (column, row from the top of the picture): colour
 
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
-    quad = block('def Xform "Quad"', placed(turn=TURN))
+    quad = block('def Xform "Quad"', usd.placed(turn=TURN))
     whole = [(0, 1, 2, 3)]
     variants = {
-        "quad": _variant(mesh("Mesh", CORNERS, whole, uv=UV, material="Checker")),
-        "split02": _variant(mesh("Mesh", CORNERS, [(0, 1, 2), (0, 2, 3)], uv=UV, material="Checker"), guide=True),
-        "split13": _variant(mesh("Mesh", CORNERS, [(0, 1, 3), (1, 2, 3)], uv=UV, material="Checker"), guide=True),
+        "quad": _variant(usd.mesh("Mesh", CORNERS, whole, uv=UV, material="Checker")),
+        "split02": _variant(usd.mesh("Mesh", CORNERS, [(0, 1, 2), (0, 2, 3)], uv=UV, material="Checker"), guide=True),
+        "split13": _variant(usd.mesh("Mesh", CORNERS, [(0, 1, 3), (1, 2, 3)], uv=UV, material="Checker"), guide=True),
         **{f"grid{n}": _variant(_mesh(*_grid(n)), guide=True) for n in GRIDS},
         "uneven8": _variant(_mesh(*_grid(8, CROWDING)), guide=True),
     }
     parts = [
-        camera((-0.05, 0.05, 4.4), (), 0.41, (0.1, 100.0)),
-        distant_light((-26.0, 17.0, 0.0), 3.0),
-        materials(textured("Checker", "./textures/uneven_quad.png")),
+        usd.camera((-0.05, 0.05, 4.4), (), 0.41, (0.1, 100.0)),
+        usd.distant_light((-26.0, 17.0, 0.0), 3.0),
+        usd.materials(usd.textured("Checker", "./textures/uneven_quad.png")),
         quad,
-        variant_set("split", variants),
+        usd.variant_set("split", variants),
     ]
     metadata = 'variants = {\n    string split = "quad"\n}\nprepend variantSets = "split"'
     return {
-        "texture/uneven_quad.usda": stage(
+        "texture/uneven_quad.usda": usd.stage(
             CARD, parts, requires=("mesh", "texture", "uv", "distant_light"), metadata=metadata
         ),
         "texture/textures/uneven_quad.png": png(checker()),
@@ -91,13 +80,13 @@ def bilinear(u: float, v: float) -> tuple[float, ...]:
     return tuple(sum(w * corner[k] for w, corner in zip(weights, CORNERS, strict=True)) for k in range(3))
 
 
-def _grid(n: int, crowding: float = 0.0) -> tuple[list[Row], list[tuple[int, ...]], list[Row]]:
+def _grid(n: int, crowding: float = 0.0) -> tuple[list[usd.Row], list[tuple[int, ...]], list[usd.Row]]:
     """Points, triangles and uv of n x n cells, each cut along its diagonal from (0, 0) to (1, 1).
 
     ``crowding``, below 1, moves the lines of the grid together where u and v are small.
     """
     lines = [(1 - crowding) * i / n + crowding * (i / n) ** 2 for i in range(n + 1)]
-    uv: list[Row] = [(u, v) for v in lines for u in lines]
+    uv: list[usd.Row] = [(u, v) for v in lines for u in lines]
     faces: list[tuple[int, ...]] = []
     for j in range(n):
         for i in range(n):
@@ -107,8 +96,8 @@ def _grid(n: int, crowding: float = 0.0) -> tuple[list[Row], list[tuple[int, ...
     return [bilinear(u, v) for u, v in uv], faces, uv
 
 
-def _mesh(points: list[Row], faces: list[tuple[int, ...]], uv: list[Row]) -> str:
-    return mesh("Mesh", points, faces, uv=uv, material="Checker")
+def _mesh(points: list[usd.Row], faces: list[tuple[int, ...]], uv: list[usd.Row]) -> str:
+    return usd.mesh("Mesh", points, faces, uv=uv, material="Checker")
 
 
 def _variant(drawn: str, *, guide: bool = False) -> str:
@@ -121,7 +110,7 @@ def _variant(drawn: str, *, guide: bool = False) -> str:
             '            string intent = "/Scene/Quad/Intent"\n        }\n    }\n) '
         )
         purpose = ['uniform token purpose = "guide"']
-        parts.append(mesh("Intent", CORNERS, [(0, 1, 2, 3)], uv=UV, material="Checker", lines=purpose))
+        parts.append(usd.mesh("Intent", CORNERS, [(0, 1, 2, 3)], uv=UV, material="Checker", lines=purpose))
     parts.append(drawn)
     body = "\n\n".join(parts)
     inner = "\n".join("        " + line if line else "" for line in body.split("\n"))

@@ -2,21 +2,8 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.shapes import cells
-from notabug.scenes_usd.authoring.stage import (
-    Row,
-    camera,
-    lambert,
-    looking,
-    materials,
-    mesh,
-    over,
-    placed,
-    point_light,
-    selected,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import block, number
 
 CARD = {
@@ -43,21 +30,21 @@ def files() -> dict[str, bytes]:
         block('def Xform "Second"'),
     ]
     parts = [
-        camera(EYE, looking((-0.4, -3.2, -3.2)), 0.33, (0.1, 100.0)),
-        point_light(EYE, 210.0),  # at the eye: no shadow is seen
-        materials(lambert("Red", (0.72, 0.2, 0.14)), lambert("Blue", (0.16, 0.34, 0.7))),
-        block('def Xform "Sheets"', placed(turn=(7.0, 25.0, 4.0)), *sheets),
-        variant_set("gap", {gap: over("Sheets/First", raised(float(gap))) for gap in GAPS}),
-        variant_set(
+        usd.camera(EYE, usd.looking((-0.4, -3.2, -3.2)), 0.33, (0.1, 100.0)),
+        usd.point_light(EYE, 210.0),  # at the eye: no shadow is seen
+        usd.materials(usd.lambert("Red", (0.72, 0.2, 0.14)), usd.lambert("Blue", (0.16, 0.34, 0.7))),
+        block('def Xform "Sheets"', usd.placed(turn=(7.0, 25.0, 4.0)), *sheets),
+        usd.variant_set("gap", {gap: usd.over("Sheets/First", raised(float(gap))) for gap in GAPS}),
+        usd.variant_set(
             "triangulation",
             {
-                "same": over("Sheets", _sheet("First", "Red", "02"), _sheet("Second", "Blue", "02")),
-                "other": over("Sheets", _sheet("First", "Red", "02"), _sheet("Second", "Blue", "13")),
+                "same": usd.over("Sheets", _sheet("First", "Red", "02"), _sheet("Second", "Blue", "02")),
+                "other": usd.over("Sheets", _sheet("First", "Red", "02"), _sheet("Second", "Blue", "13")),
             },
         ),
     ]
-    metadata = selected(gap="0", triangulation="other")
-    return {"visibility/coincident_planes.usda": stage(CARD, parts, requires=("point_light",), metadata=metadata)}
+    metadata = usd.selected(gap="0", triangulation="other")
+    return {"visibility/coincident_planes.usda": usd.stage(CARD, parts, requires=("point_light",), metadata=metadata)}
 
 
 def raisable() -> str:
@@ -74,10 +61,10 @@ def _sheet(name: str, material: str, diagonal: str) -> str:
     """Level cells between two columns, each cut from corner 0 to 2 or from 1 to 3."""
     left, right = COLUMNS[name]
     wide = right - left
-    points: list[Row] = [
+    points: list[usd.Row] = [
         (CELL * (left + i - 5), 0.0, CELL * (j - ROWS / 2)) for j in range(ROWS + 1) for i in range(wide + 1)
     ]
     faces: list[tuple[int, ...]] = []
     for a, b, c, d in cells(wide, ROWS):
         faces += [(a, d, c), (a, c, b)] if diagonal == "02" else [(a, d, b), (b, d, c)]
-    return over(name, mesh("Mesh", points, faces, material=material))
+    return usd.over(name, usd.mesh("Mesh", points, faces, material=material))

@@ -2,20 +2,8 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.shapes import lat_long
-from notabug.scenes_usd.authoring.stage import (
-    camera,
-    lambert,
-    materials,
-    mesh,
-    over,
-    placed,
-    point_light,
-    selected,
-    sphere,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import block, number, vector
 from notabug.scenes_usd.authoring.visibility_coincident_planes import GAPS
 
@@ -39,23 +27,25 @@ PLACED = 'uniform token[] xformOpOrder = ["xformOp:rotateXYZ", "xformOp:scale"]'
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     points, faces = lat_long(N, M)
-    meshes = {name: mesh("Mesh", points, faces, normals=points, material=_colour(name)) for name in ("First", "Second")}
-    exact = {name: sphere("Sphere", 1.0, _colour(name)) for name in ("First", "Second")}
+    meshes = {
+        name: usd.mesh("Mesh", points, faces, normals=points, material=_colour(name)) for name in ("First", "Second")
+    }
+    exact = {name: usd.sphere("Sphere", 1.0, _colour(name)) for name in ("First", "Second")}
     parts = [
-        camera(EYE, (), 0.2, (0.1, 100.0)),
-        point_light(EYE, 320.0),  # at the eye: no shadow is seen
-        materials(lambert("Red", (0.72, 0.2, 0.14)), lambert("Blue", (0.16, 0.34, 0.7))),
+        usd.camera(EYE, (), 0.2, (0.1, 100.0)),
+        usd.point_light(EYE, 320.0),  # at the eye: no shadow is seen
+        usd.materials(usd.lambert("Red", (0.72, 0.2, 0.14)), usd.lambert("Blue", (0.16, 0.34, 0.7))),
         block(
             'def Xform "Balls"',
-            placed(turn=(25.0, 0.0, 12.0)),
+            usd.placed(turn=(25.0, 0.0, 12.0)),
             *(block(f'def Xform "{name}"', PLACED) for name in ("First", "Second")),
         ),
-        variant_set("gap", {gap: over("Balls/First", _scale(1.0 + float(gap))) for gap in GAPS}),
-        variant_set("surface", {name: _pair(each) for name, each in (("mesh", meshes), ("sphere", exact))}),
-        variant_set("transform", {"same": _turn(0.0), "turned": _turn(STEPS * 360.0 / N)}),
+        usd.variant_set("gap", {gap: usd.over("Balls/First", _scale(1.0 + float(gap))) for gap in GAPS}),
+        usd.variant_set("surface", {name: _pair(each) for name, each in (("mesh", meshes), ("sphere", exact))}),
+        usd.variant_set("transform", {"same": _turn(0.0), "turned": _turn(STEPS * 360.0 / N)}),
     ]
-    metadata = selected(gap="0", surface="mesh", transform="turned")
-    return {"visibility/coincident_spheres.usda": stage(CARD, parts, requires=("point_light",), metadata=metadata)}
+    metadata = usd.selected(gap="0", surface="mesh", transform="turned")
+    return {"visibility/coincident_spheres.usda": usd.stage(CARD, parts, requires=("point_light",), metadata=metadata)}
 
 
 def _colour(name: str) -> str:
@@ -63,7 +53,7 @@ def _colour(name: str) -> str:
 
 
 def _pair(drawn: dict[str, str]) -> str:
-    return over("Balls", *(over(name, text) for name, text in drawn.items()))
+    return usd.over("Balls", *(usd.over(name, text) for name, text in drawn.items()))
 
 
 def _scale(by: float) -> str:
@@ -71,8 +61,8 @@ def _scale(by: float) -> str:
 
 
 def _turn(degrees: float) -> str:
-    first = over("First", "float3 xformOp:rotateXYZ = (0, 0, 0)")
-    second = over(
+    first = usd.over("First", "float3 xformOp:rotateXYZ = (0, 0, 0)")
+    second = usd.over(
         "Second", f"float3 xformOp:rotateXYZ = (0, {number(degrees)}, 0)", "double3 xformOp:scale = (1, 1, 1)"
     )
-    return over("Balls", first, second)
+    return usd.over("Balls", first, second)

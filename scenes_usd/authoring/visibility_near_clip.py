@@ -2,21 +2,8 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.shapes import grid, moved
-from notabug.scenes_usd.authoring.stage import (
-    APERTURE,
-    Row,
-    lambert,
-    looking,
-    materials,
-    mesh,
-    over,
-    placed,
-    point_light,
-    selected,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import indent, number, vector
 
 CARD = {
@@ -41,39 +28,39 @@ def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
     camera = (
         'def Camera "Camera"\n{\n'
-        f"    float focalLength = {number(APERTURE / (2 * 0.38))}\n"
-        f"    float horizontalAperture = {number(APERTURE)}\n"
-        f"    float verticalAperture = {number(APERTURE)}\n"
+        f"    float focalLength = {number(usd.APERTURE / (2 * 0.38))}\n"
+        f"    float horizontalAperture = {number(usd.APERTURE)}\n"
+        f"    float verticalAperture = {number(usd.APERTURE)}\n"
         '    token projection = "perspective"\n'
-        f"{indent(placed(EYE, looking((0.0, -3.4, -6.4))))}"
+        f"{indent(usd.placed(EYE, usd.looking((0.0, -3.4, -6.4))))}"
         "}"
     )
     points, faces = moved(grid(24, 24, 9.0, 9.0), (0.0, 0.0, -4.0))
     parts = [
         camera,
-        point_light(EYE, 400.0),  # at the eye: no shadow is seen
-        materials(
-            lambert("Grey", (0.6, 0.6, 0.58)),
-            lambert("Red", (0.7, 0.18, 0.13)),
-            lambert("Yellow", (0.72, 0.56, 0.14)),
-            lambert("Green", (0.16, 0.52, 0.24)),
-            lambert("Blue", (0.16, 0.34, 0.7)),
+        usd.point_light(EYE, 400.0),  # at the eye: no shadow is seen
+        usd.materials(
+            usd.lambert("Grey", (0.6, 0.6, 0.58)),
+            usd.lambert("Red", (0.7, 0.18, 0.13)),
+            usd.lambert("Yellow", (0.72, 0.56, 0.14)),
+            usd.lambert("Green", (0.16, 0.52, 0.24)),
+            usd.lambert("Blue", (0.16, 0.34, 0.7)),
         ),
-        mesh("Floor", points, faces, material="Grey"),
+        usd.mesh("Floor", points, faces, material="Grey"),
         *(_sheet(*sheet) for sheet in SHEETS),
-        variant_set(
-            "near", {each: over("Camera", f"float2 clippingRange = {vector((float(each), FAR))}") for each in NEAR}
+        usd.variant_set(
+            "near", {each: usd.over("Camera", f"float2 clippingRange = {vector((float(each), FAR))}") for each in NEAR}
         ),
     ]
-    metadata = selected(near=".1")
-    return {"visibility/near_clip.usda": stage(CARD, parts, requires=("point_light",), metadata=metadata)}
+    metadata = usd.selected(near=".1")
+    return {"visibility/near_clip.usda": usd.stage(CARD, parts, requires=("point_light",), metadata=metadata)}
 
 
 def _sheet(x: float, height: float, material: str) -> str:
-    corners: list[Row] = [
+    corners: list[usd.Row] = [
         (x - 0.45, height, 1.9),
         (x + 0.45, height, 1.9),
         (x + 0.45, height, -1.9),
         (x - 0.45, height, -1.9),
     ]
-    return mesh(f"Sheet{material}", corners, [(0, 1, 2, 3)], material=material)
+    return usd.mesh(f"Sheet{material}", corners, [(0, 1, 2, 3)], material=material)

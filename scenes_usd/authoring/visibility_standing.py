@@ -2,20 +2,8 @@
 
 from __future__ import annotations
 
+from notabug.scenes_usd.authoring import stage as usd
 from notabug.scenes_usd.authoring.shapes import box, cylinder
-from notabug.scenes_usd.authoring.stage import (
-    camera,
-    lambert,
-    looking,
-    materials,
-    mesh,
-    over,
-    placed,
-    point_light,
-    selected,
-    stage,
-    variant_set,
-)
 from notabug.scenes_usd.authoring.usda import block
 from notabug.scenes_usd.authoring.visibility_coincident_planes import GAPS, raisable, raised
 
@@ -35,7 +23,7 @@ EYE = (1.2, 3.3, 5.2)
 
 def files() -> dict[str, bytes]:
     """The scene's files by their path below scenes_usd."""
-    floor = mesh(
+    floor = usd.mesh(
         "Floor",
         [(-7.0, 0.0, 5.0), (7.0, 0.0, 5.0), (7.0, 0.0, -9.0), (-7.0, 0.0, -9.0)],
         [(0, 1, 2, 3)],
@@ -44,26 +32,26 @@ def files() -> dict[str, bytes]:
     standing = [
         block(
             'def Xform "Box"',
-            placed((-0.85, 0.0, 0.1), (0.0, 28.0, 0.0)),
-            mesh("Mesh", *box((-0.6, 0.0, -0.6), (0.6, 1.1, 0.6)), material="Amber"),
+            usd.placed((-0.85, 0.0, 0.1), (0.0, 28.0, 0.0)),
+            usd.mesh("Mesh", *box((-0.6, 0.0, -0.6), (0.6, 1.1, 0.6)), material="Amber"),
         ),
         block(
             'def Xform "Cylinder"',
-            placed((0.95, 0.0, -0.2)),
-            mesh("Mesh", *cylinder(48, 0.62, 1.25), material="Azure"),
+            usd.placed((0.95, 0.0, -0.2)),
+            usd.mesh("Mesh", *cylinder(48, 0.62, 1.25), material="Azure"),
         ),
     ]
     parts = [
-        camera(EYE, looking((-1.2, -2.85, -5.2)), 0.33, (0.1, 100.0)),
-        point_light((-3.2, 7.5, 3.6), 1150.0),
-        materials(
-            lambert("Grey", (0.62, 0.62, 0.6)),
-            lambert("Amber", (0.8, 0.5, 0.1), 0.4),
-            lambert("Azure", (0.14, 0.4, 0.8), 0.4),
+        usd.camera(EYE, usd.looking((-1.2, -2.85, -5.2)), 0.33, (0.1, 100.0)),
+        usd.point_light((-3.2, 7.5, 3.6), 1150.0),
+        usd.materials(
+            usd.lambert("Grey", (0.62, 0.62, 0.6)),
+            usd.lambert("Amber", (0.8, 0.5, 0.1), 0.4),
+            usd.lambert("Azure", (0.14, 0.4, 0.8), 0.4),
         ),
         floor,
         block('def Xform "Standing"', raisable(), *standing),
-        variant_set("gap", {gap: over("Standing", raised(float(gap))) for gap in GAPS}),
+        usd.variant_set("gap", {gap: usd.over("Standing", raised(float(gap))) for gap in GAPS}),
     ]
-    metadata = selected(gap="0")
-    return {"visibility/standing.usda": stage(CARD, parts, requires=("opacity", "point_light"), metadata=metadata)}
+    metadata = usd.selected(gap="0")
+    return {"visibility/standing.usda": usd.stage(CARD, parts, requires=("opacity", "point_light"), metadata=metadata)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib.util
 import re
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -26,6 +27,7 @@ ROOT = Path(__file__).resolve().parents[2]
 JUDGE = (ROOT / "docs" / "judge.md").read_text("utf-8")
 FILES = sorted(each.stem for each in (ROOT / "metrics").glob("*.py") if each.stem != "__init__")
 STEPS = dict(re.findall(r"^## Step (\d+): .*?\n(.*?)(?=^## )", JUDGE, re.M | re.S))
+ABBREVIATIONS = {"FLIP", "SMPTE", "E_ITP", "JSON"}
 BESIDE = frozenset(
     {"calibration", "recalled", "why", "channels", "image_filters", "formulas"}
 )  # before, beside and for the steps
@@ -55,6 +57,23 @@ def test_each_file_names_its_step_and_the_step_its_file(name: str) -> None:
     assert (found is None) == (name in BESIDE)
     if found is not None:
         assert f"`{name}.py`" in STEPS[found[1]], f"section {found[1]} of docs/judge.md does not name {name}.py"
+
+
+def docstrings(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            yield ast.get_docstring(node) or ""
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_docstring_names_no_constant_that_is_gone(name: str) -> None:
+    tree = ast.parse((ROOT / "metrics" / f"{name}.py").read_text("utf-8"))
+    known = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)} | ABBREVIATIONS
+    known |= {
+        part.asname or part.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for part in node.names
+    }
+    said = {word for text in docstrings(tree) for word in re.findall(r"\b[A-Z][A-Z_]{3,}\b", text)}
+    assert said <= known, "say `group.number` of a number of the policy"
 
 
 def test_the_table_of_steps_lists_the_files_of_each_section() -> None:

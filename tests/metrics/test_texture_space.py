@@ -11,10 +11,11 @@ import pytest
 from notabug.adapters.base import Quality
 from notabug.adapters.inhouse import InHouse
 from notabug.references.models.model import Model, models
+from notabug.references.models.texture_space import _meets_border
 from notabug.references.predict import configured
 from notabug.references.tracer.envelope import trace_picture
 from notabug.references.workarounds.texture_space import gutter, split
-from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.scene import Preview, Scene
 
 CENTRES = Quality(samples=1)
 WRAP, SEAM = "texture_space/wrap", "texture_space/seam"
@@ -67,6 +68,77 @@ def test_each_is_a_limitation_where_it_is_declared_and_a_bug_where_it_is_not(
     assert found(studio, picture, scene, declared) == ("limitation", [shown])
     assert word(studio, picture, scene) == "bug"
     assert found(studio, drawn(scene), scene, declared) == ("pass", []), "who may is not bound to"
+
+
+def of_numbers(scene: Scene, kind: str) -> Scene:
+    """``scene`` whose map is not one of a colour, but of the number ``kind`` of UsdPreviewSurface, in grey."""
+    grey = tuple(
+        replace(texture, pixels=np.repeat(texture.pixels.mean(axis=2, keepdims=True), 3, axis=2), colour_space="raw")
+        for texture in scene.textures
+    )
+    materials = tuple(
+        replace(material, texture=-1, diffuse=(0.6, 0.5, 0.4), preview=replace(Preview(), **{kind: material.texture}))
+        for material in scene.materials
+    )
+    return replace(scene, textures=grey, materials=materials)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "switches", "shown"),
+    [
+        (WRAP, "metallic_map", {"texture_border": "clamped"}, "border_not_filtered"),
+        (WRAP, "roughness_map", {"texture_bits": 4}, "texel_weights"),
+        (SEAM, "metallic_map", {"uv_seam": "first"}, "welded_seam"),
+    ],
+)
+def test_a_map_of_numbers_alone_is_looked_up_as_one_of_colours_is(
+    studio: Any, name: str, kind: str, switches: dict[str, Any], shown: str
+) -> None:
+    scene = of_numbers(small(studio, name), kind)
+    adapter, declared = ours(scene, **switches)
+    (picture,) = studio.draw(adapter, scene, CENTRES)
+    assert found(studio, picture, scene, declared) == ("limitation", [shown])
+    assert word(studio, picture, scene) == "bug"
+
+
+@pytest.mark.parametrize("kind", ["roughness_map", "metallic_map", "emission_map"])
+def test_faults_of_a_look_up_are_known_of_maps_of_numbers_and_those_of_colours_are_not(studio: Any, kind: str) -> None:
+    scene = of_numbers(small(studio, WRAP), kind)
+    names = {model.name for model in models(scene)}
+    assert {"texture_wrap", "texture_nearest", "negative_uv"} <= names
+    assert {"texture_decoded", "texture_encoded", "texture_channels_swapped"}.isdisjoint(names)
+
+
+def test_a_wrap_mode_of_a_map_of_numbers_is_named(studio: Any) -> None:
+    scene = of_numbers(small(studio, WRAP), "metallic_map")
+    clamped = replace(scene, textures=tuple(replace(each, wrap_s="clamp", wrap_t="clamp") for each in scene.textures))
+    assert found(studio, drawn(clamped), scene) == ("bug", ["texture_wrap"])
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "meets"),
+    [
+        (0.0, 1.0, True),
+        (0.125, 0.875, False),  # a gutter of half a texel, of four
+        (0.1, 0.9, True),
+        (0.95, 1.05, True),  # within the half texels on both sides of a border
+        (-0.05, 0.05, True),
+        (1.2, 1.8, False),
+        (-2.9, -2.1, True),
+        (-2.8, -2.2, False),
+    ],
+)
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_border_is_met_within_half_a_texel_of_it(
+    studio: Any, low: float, high: float, meets: bool, axis: int
+) -> None:
+    scene = small(studio, WRAP)
+    mesh = next(mesh for mesh in scene.meshes if scene.materials[mesh.material].textures)
+    assert mesh.uv is not None
+    uv = np.full(mesh.uv.shape, 0.5)
+    uv[:, axis] = np.linspace(low, high, len(uv))
+    texture = replace(scene.textures[0], pixels=np.zeros((4, 4, 3)), wrap_s="repeat", wrap_t="repeat")
+    assert _meets_border(replace(mesh, uv=uv), texture) == meets
 
 
 def test_a_limitation_excuses_nothing_beside_it(studio: Any) -> None:

@@ -30,8 +30,7 @@ from notabug.scenes_usd.writer import write_scene
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
-def _load() -> ModuleType:
-    name = "own_scenes"
+def _load(name: str) -> ModuleType:
     if name not in sys.modules:
         spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
         assert spec is not None
@@ -42,13 +41,14 @@ def _load() -> ModuleType:
     return sys.modules[name]
 
 
-own = _load()
+own = _load("own_features")
+script = _load("own_scenes")  # which imports the other, as a script beside it
 NAMES = [feature.name for feature in own.FEATURES]
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    made: dict[str, Path] = own.write(tmp_path_factory.mktemp("features"))
+    made: dict[str, Path] = script.write(tmp_path_factory.mktemp("features"))
     return made
 
 
@@ -62,12 +62,12 @@ def meshes(scene: Scene) -> list[Mesh]:
 
 @pytest.mark.parametrize("feature", own.FEATURES, ids=NAMES)
 def test_feature(feature: Any, files: dict[str, Path]) -> None:
-    assert own.state_of(files[feature.name]) == feature.state
+    assert script.state_of(files[feature.name]) == feature.state
 
 
 def test_the_table_of_the_docs_is_this_list() -> None:
     text = (DOCS / "own-scenes.md").read_text("utf-8")
-    for row in own.table():
+    for row in script.table():
         assert row in text
     states = [feature.state for feature in own.FEATURES]
     assert f"{states.count('read')} of the {len(states)}" in text
@@ -99,7 +99,7 @@ def test_a_primvar_reader_of_what_varies_is_told(tmp_path: Path) -> None:
     path.write_text(own.Feature("material", "varying", "adapted", own.mesh(own.BOX + own.NONE + varying), look).text)
     with pytest.raises(SceneError, match="varies over the surface"):
         read_stage(path, "own", {})
-    assert own.state_of(path) == "adapted"
+    assert script.state_of(path) == "adapted"
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,7 @@ def choices(scene: Scene) -> dict[str, Model | None]:
         and model.rule != "set"
         and model.name not in (*ROUNDING, *MAPS, *ALWAYS)
     }
-    if any(scene.materials[shape.material].texture >= 0 for shape in scene.objects):
+    if scene.shown_textures:
         found[NEAREST] = None
     return found
 

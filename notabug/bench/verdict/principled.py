@@ -31,23 +31,21 @@ import numpy.typing as npt
 
 from notabug.adapters.base import Declaration
 from notabug.bench.verdict.design import QUICK, Group, Label, groups
-from notabug.bench.verdict.sensitivity import SIDE, Sample, judged, taken
+from notabug.bench.verdict.sensitivity_pictures import SIDE, Sample, judged, taken
 from notabug.metrics import rules
-from notabug.metrics.admissible import Admissible, admissible, residual, suspected
+from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.channels import largest
+from notabug.metrics.expected import expected
 from notabug.metrics.explain import Explanation, explain
-from notabug.metrics.leeway import leeway
 from notabug.metrics.likely import likely
 from notabug.metrics.naming import possible
-from notabug.metrics.noise import Measured, measure
+from notabug.metrics.noise import Measured
 from notabug.metrics.policy import POLICY, with_value
 from notabug.metrics.predictions import Predictions
 from notabug.metrics.quick import choices
 from notabug.metrics.rules import RULES, Trial
 from notabug.metrics.sets import admitted
 from notabug.references.models.model import Model, excluded_by, models
-from notabug.references.predict import predict
-from notabug.references.tracer.precision import RELATIVE
 from notabug.runs.folders import write_json
 
 Floats = npt.NDArray[np.floating]
@@ -107,14 +105,7 @@ class Case:
 def prepared(sample: Sample) -> Case:
     """The case of ``sample``, as judge.py makes it up to step 6."""
     scene, declaration = sample.scene, Declaration(**sample.declared)  # type: ignore[arg-type]
-    bare = predict(scene, ())
-    reference = admissible(bare, declaration)
-    samples = declaration.samples if declaration.filter in ("point", "box") else 0
-    measured = measure(sample.pictures, reference.edge, samples)
-    moved = leeway(scene, bare) if suspected(measured, bare, reference, declaration) else None
-    if moved is not None:
-        reference = admissible(bare, declaration, leeway=moved)
-    predicted = Predictions(scene, bare, reference, declaration, RELATIVE, moved)
+    measured, predicted = expected(scene, declaration).measure(sample.pictures)
     known = list(models(scene))
     faults = [model.under(declaration) for model in known if model.kind == "fault" and model.open_to(declaration)]
     return Case(measured, predicted, admitted(known, declaration), tuple(possible(faults, declaration)))
@@ -281,7 +272,7 @@ def compared(group: Group, condition: str) -> Row:
     """One picture judged both ways."""
     sample = taken(group, condition)
     begun = time.process_time()
-    said = judged(sample, naming=False).word
+    said = judged(sample, "word").word
     between = time.process_time()
     case = prepared(sample)
     known: dict[tuple[str, ...], Hypothesis] = {}

@@ -1,8 +1,9 @@
-"""How a verdict depends on each number that decides: pictures of the tuning half, judged with it halved and doubled.
+"""How a verdict depends on each number that decides: pictures judged with it halved and doubled.
 
-``python -m notabug.bench.verdict.sensitivity OUT.json [ROW ...]`` judges a fixed sample of pictures as they are, then
-with each number (or with those of the rows alone) at half and at twice its value, and adds to OUT.json by how many
-words, names and figures that changes, and how much longer it takes. A stopped bench goes on where it was.
+``python -m notabug.bench.verdict.sensitivity OUT.json [ROW ...]`` judges a fixed sample of pictures as they are, and
+notes which numbers each judgement reads: one that is never read cannot move it. Then it judges pictures that read a
+number (or each of the rows alone) with the number at half and at twice its value, and adds to OUT.json by how many
+words, names and figures that changes. A stopped bench goes on where it was; what was read is kept in OUT.reads.json.
 """
 
 from __future__ import annotations
@@ -10,101 +11,30 @@ from __future__ import annotations
 import importlib
 import json
 import math
-import os
 import signal
 import sys
-import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from contextlib import contextmanager, nullcontext
+from dataclasses import asdict, dataclass
 from functools import partial
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from itertools import zip_longest
 from pathlib import Path
 from types import CodeType, FrameType, ModuleType
 
-import numpy as np
-import numpy.typing as npt
-
-from notabug.bench.verdict.design import QUICK, Group, groups, number
-from notabug.bench.verdict.evaluate import drawing, fault_of, filmed, scene_of, subsamples
-from notabug.bench.verdict.image_formation import BY_NAME, shoot, written
-from notabug.bench.verdict.numbers import SCALED, changed, found, scaled
+from notabug.bench.verdict.numbers import SCALED, changed, scaled
+from notabug.bench.verdict.reads import EVERY, FLOORS, imported_by, noting, own_cache
+from notabug.bench.verdict.sensitivity_pictures import Planned, Said, Way, every, judged
 from notabug.runs.folders import write_json
-from notabug.scenes_usd.scene import Scene
 
-SIDE = 40  # pixels of a picture's side
-PICTURES = {"clean": 8, "limitation": 9, "bug": 10}  # of each label
-NAMED = 4  # of the bugs: to name one takes ten times as long as to judge it
-BESIDE = ("calibration", "perceive")  # the files whose numbers take no part in this bench's verdicts
-NAMES = ("names", "naming", "likely", "causes")  # the files whose numbers name a bug and never change a word
 FACTORS = {"halved": 0.5, "doubled": 2.0}
-UPPER = ("notabug.references", "notabug.adapters", "notabug.metrics")  # the floors that are read again
-FELT = 0.1  # of a figure: a smaller change of it is not counted
-MOST = 15.0  # times as much processor time as the sample takes as it is: a longer search is stopped
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Sample:
-    """One picture of the sample, before it is judged; ``declared`` holds the fields of its declaration."""
-
-    label: str
-    scene: Scene
-    pictures: tuple[npt.NDArray[np.float32], ...]
-    declared: Mapping[str, object]
-
-
-@dataclass(frozen=True, slots=True)
-class Said:
-    """What of a verdict is compared."""
-
-    word: str
-    bugs: tuple[str, ...]
-    limitations: tuple[str, ...]
-    severity: float
-
-
-def chosen() -> list[tuple[Group, str]]:
-    """The groups of the sample and the condition of each: of every label as many different scenes as there are."""
-    design = groups(replace(QUICK, sides=("tuning",), side=SIDE))
-    result: list[tuple[Group, str]] = []
-    for label, count in PICTURES.items():
-        of_label = [group for group in design if group.label == label]
-        seen: dict[str, int] = {}
-        ranked: list[tuple[int, int, Group]] = []
-        for group in of_label:
-            ranked.append((seen.get(group.scene, 0), len(ranked), group))
-            seen[group.scene] = seen.get(group.scene, 0) + 1
-        for at, (_, _, group) in enumerate(sorted(ranked, key=lambda entry: entry[:2])[:count]):
-            result.append((group, group.conditions[at % len(group.conditions)]))
-    return result
-
-
-def taken(group: Group, condition_name: str) -> Sample:
-    """The picture of ``group`` under a condition."""
-    scene = scene_of(group)
-    condition = BY_NAME[condition_name]
-    picture, _, declared = drawing(group, scene, subsamples(scene, ()))
-    fault = fault_of(group)
-    pictures = tuple(
-        written(filmed(fault, shot, group.strength), condition)
-        for shot in shoot((picture,), condition, number("sensitivity", group.key()))
-    )
-    return Sample(group.label, scene, pictures, {**asdict(condition.declaration()), **declared})
-
-
-def judged(sample: Sample, *, naming: bool) -> Said:
-    """What the judge says that is imported now."""
-    judge = importlib.import_module("notabug.metrics.judge").judge
-    declaration = importlib.import_module("notabug.adapters.base").Declaration(**sample.declared)
-    verdict = judge(sample.pictures, sample.scene, declaration, perceive=False, naming=naming).verdict
-    names = {
-        kind: tuple(sorted(finding.name for finding in verdict.findings if finding.kind == kind))
-        for kind in ("bug", "limitation")
-    }
-    severity = verdict.numbers.get("severity", math.inf if verdict.word == "bug" else 0.0)
-    return Said(verdict.word, names["bug"], names["limitation"], severity)
+FIRST: dict[Way, int] = {"word": 12, "eye": 4, "card": 12, "name": 4}
+"""Pictures that are judged anew for every number that they read; the others only until one of them changes."""
+ALSO_NAMED = 2  # of the pictures whose word alone was compared, where none changed
+FELT = 0.1  # of a severity: a smaller change of it is a detail
+MOST = 5.0  # times as much processor time as a picture took of which nothing was predicted: a longer search is stopped
 
 
 class _Loader(SourceFileLoader):
@@ -139,50 +69,16 @@ class _Finder(MetaPathFinder):
         return spec
 
 
-def _read_again(floors: Sequence[str]) -> dict[str, ModuleType]:
-    """Forget the modules of ``floors``, so that they are imported anew; the C++ module has no second copy."""
-    known = {name: module for name, module in sys.modules.items() if name.startswith(tuple(floors))}
-    for name in known:
-        if not name.endswith("_native"):
-            del sys.modules[name]
-    return known
-
-
-def _put_back(known: Mapping[str, ModuleType]) -> None:
-    """Import what was ``known`` again as it was, also where it is asked for as a part of its package."""
-    sys.modules.update(known)
-    for name, module in known.items():
-        package, _, part = name.rpartition(".")
-        if package in sys.modules:
-            setattr(sys.modules[package], part, module)
-
-
 @contextmanager
 def with_number(row: str, factor: float) -> Iterator[None]:
     """The judge with the number of ``row`` times ``factor``; predictions that depend on it are not kept."""
     below = row.startswith("references.")
-    floors = UPPER if below else UPPER[-1:]
-    known = _read_again(floors)
-    finder = _Finder(row, factor)
-    sys.meta_path.insert(0, finder)
-    before = os.environ.get("NOTABUG_CACHE")
-    with tempfile.TemporaryDirectory() as folder:
-        if below:
-            os.environ["NOTABUG_CACHE"] = folder
-        try:
-            if not below:
-                policy = importlib.import_module("notabug.metrics.policy")  # others take POLICY from it after this
-                value = scaled(policy.value_of(policy.POLICY, row), factor)
-                vars(policy)["POLICY"] = policy.with_value(policy.POLICY, row, value)
-            yield
-        finally:
-            sys.meta_path.remove(finder)
-            _read_again(floors)
-            _put_back(known)
-            if before is None:
-                os.environ.pop("NOTABUG_CACHE", None)
-            else:
-                os.environ["NOTABUG_CACHE"] = before
+    with imported_by(_Finder(row, factor), FLOORS if below else FLOORS[-1:]), own_cache() if below else nullcontext():
+        if not below:
+            policy = importlib.import_module("notabug.metrics.policy")  # others take POLICY from it after this
+            value = scaled(policy.value_of(policy.POLICY, row), factor)
+            vars(policy)["POLICY"] = policy.with_value(policy.POLICY, row, value)
+        yield
 
 
 @contextmanager
@@ -204,54 +100,122 @@ def at_most(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGPROF, before)
 
 
-def differences(samples: Sequence[Sample], before: Sequence[Said], after: Sequence[Said]) -> dict[str, object]:
+@dataclass(frozen=True, slots=True)
+class Plain:
+    """What is said of a picture as it is, the numbers that were read for that, and the processor time, in seconds."""
+
+    said: Said
+    rows: tuple[str, ...]
+    seconds: float
+
+
+Known = Mapping[tuple[int, Way], Plain]
+
+
+def noted(samples: Sequence[Planned], kept: Path) -> Known:
+    """What is said and read of each of ``samples`` in each of its ways; ``kept`` is written after each.
+
+    The numbers of a way are those that no quicker way reads.
+    """
+    known: dict[tuple[int, Way], Plain] = {}
+    places = {planned.name: at for at, planned in enumerate(samples)}
+    if kept.exists():
+        for name, way, said, rows, seconds in json.loads(kept.read_text("utf-8")):
+            if name in places:
+                said = Said(**{**said, "bugs": tuple(said["bugs"]), "limitations": tuple(said["limitations"])})
+                known[places[name], way] = Plain(said, tuple(rows), seconds)
+    missing = [at for at, planned in enumerate(samples) if not all((at, way) in known for way in planned.ways)]
+    drawn = {at: samples[at].sample for at in missing}  # by the modules as they are
+    with noting() as judge:
+        for at, sample in drawn.items():
+            before: frozenset[str] = frozenset()
+            with judge.fresh():
+                for way in samples[at].ways:
+                    begun = time.process_time()
+                    said, rows = judge.of(partial(judged, sample, way))
+                    known[at, way] = Plain(said, tuple(sorted(rows - before)), time.process_time() - begun)
+                    before |= rows
+            told = [
+                (samples[number].name, way, asdict(plain.said), plain.rows, plain.seconds)
+                for (number, way), plain in known.items()
+            ]
+            kept.write_text(json.dumps(told), "utf-8")
+    return known
+
+
+def readers(row: str, samples: Sequence[Planned], known: Known) -> list[tuple[int, Way]]:
+    """The pictures that read ``row``, each in the quickest way that does: quick ways first, labels in turn."""
+    found = [key for key, plain in known.items() if row in plain.rows]
+    order: list[tuple[int, Way]] = []
+    for way in FIRST:
+        labels = {samples[at].label for at, _ in found}
+        by_label = [
+            [key for key in found if key[1] == way and samples[key[0]].label == each] for each in sorted(labels)
+        ]
+        order += [key for keys in zip_longest(*by_label) for key in keys if key is not None]
+    return order
+
+
+def differences(before: Sequence[Said], after: Sequence[Said]) -> dict[str, object]:
     """How many of the verdicts ``after`` a change of a number are others than ``before``, and of which word."""
-    pairs = list(zip(samples, before, after, strict=True))
-    moved = [f"{old.word} to {new.word}" for _, old, new in pairs if old.word != new.word]
-    named = sum(
-        old.word == new.word and (old.bugs, old.limitations) != (new.bugs, new.limitations) for _, old, new in pairs
-    )
-    felt = sum(not math.isclose(old.severity, new.severity, rel_tol=FELT, abs_tol=FELT) for _, old, new in pairs)
-    return {"words": len(moved), "names": named, "figures": felt, "changes": sorted(moved)}
+    pairs = list(zip(before, after, strict=True))
+    moved = [f"{old.word} to {new.word}" for old, new in pairs if old.word != new.word]
+    same = [(old, new) for old, new in pairs if old.word == new.word]
+    named = sum((old.bugs, old.limitations) != (new.bugs, new.limitations) for old, new in same)
+    felt = sum(not math.isclose(old.severity, new.severity, rel_tol=FELT, abs_tol=FELT) for old, new in pairs)
+    details = sum(old.details != new.details for old, new in pairs)
+    return {"words": len(moved), "names": named, "figures": felt, "details": details, "changes": sorted(moved)}
+
+
+def effect(row: str, factor: float, samples: Sequence[Planned], known: Known) -> dict[str, object]:
+    """What ``row`` times ``factor`` changes in pictures that read it, and how many were judged.
+
+    Where the first of them show no change the others are judged too, until one does.
+    """
+    order = readers(row, samples, known)
+    first = [key for way, count in FIRST.items() for key in [key for key in order if key[1] == way][:count]]
+    rest = [key for key in order if key not in first]
+    named: list[tuple[int, Way]] = [(at, "name") for at, way in order if way == "word" and samples[at].label == "bug"]
+    tried: list[tuple[int, Way]] = []
+    after: list[Said] = []
+    for keys in (first, (*rest, *named[:ALSO_NAMED])):
+        drawn = [samples[at].sample for at, _ in keys]  # by the modules as they are
+        with with_number(row, factor):
+            for key, sample in zip(keys, drawn, strict=True):
+                if keys is not first and [known[other].said for other in tried] != after:
+                    break
+                tried.append(key)
+                try:
+                    with at_most(MOST * max(1.0, known[key].seconds)):
+                        after.append(judged(sample, key[1]))
+                except Exception as error:
+                    return {"judged": len(tried), "fails": f"{type(error).__name__}: {error}"}
+        if [known[key].said for key in tried] != after:
+            break
+    return {"judged": len(tried), **differences([known[key].said for key in tried], after)}
 
 
 def measure(out: Path, rows: Sequence[str]) -> None:
-    """Judge the sample with the number of each of ``rows`` halved and doubled; ``out`` is written after each.
-
-    A number that only names bugs is tried on those bugs of the sample that are found, and their names are compared.
-    """
-    samples = [taken(group, condition) for group, condition in chosen()]
-    plain = [judged(sample, naming=False) for sample in samples]
-    bugs = [sample for sample, said in zip(samples, plain, strict=True) if sample.label == said.word == "bug"]
-    before: dict[bool, tuple[Sequence[Sample], Sequence[Said], float]] = {}
-    for naming, some in ((False, samples), (True, bugs[:NAMED])):
-        for _ in range(2):  # the first fills the cache
-            begun = time.process_time()
-            told = [judged(sample, naming=naming) for sample in some]
-        before[naming] = some, told, time.process_time() - begun
-    known: dict[str, dict[str, object]] = json.loads(out.read_text())["rows"] if out.exists() else {}
-    words = [said.word for said in plain]
-    sizes = {"pictures": len(samples), "bugs": len(bugs[:NAMED]), "words": {word: words.count(word) for word in words}}
+    """Judge pictures with the number of each of ``rows`` halved and doubled; ``out`` is written after each."""
+    samples = every()
+    known = noted(samples, out.with_suffix(".reads.json"))
+    told: dict[str, dict[str, object]] = json.loads(out.read_text("utf-8"))["rows"] if out.exists() else {}
+    words = [known[at, sample.ways[0]].said.word for at, sample in enumerate(samples) if not sample.card]
+    reads = {row: len(readers(row, samples, known)) for row in EVERY}
+    about = {
+        "pictures": len(words),
+        "cards": sum(sample.card for sample in samples),
+        "words": {word: words.count(word) for word in words},
+        "reads": reads,
+    }
+    write_json(out, {**about, "rows": told})
     for row in rows:
-        if row in known:
+        if row in told or not reads[row]:
             continue
-        known[row] = {}
-        naming = row.partition(".")[0] in NAMES
-        tried, expected, seconds = before[naming]
-        for kind, factor in FACTORS.items():
-            begun = time.process_time()
-            with with_number(row, factor):
-                try:
-                    with at_most(MOST * seconds):
-                        result = differences(tried, expected, [judged(sample, naming=naming) for sample in tried])
-                except Exception as error:
-                    result = {"fails": f"{type(error).__name__}: {error}"}
-            result["time"] = (time.process_time() - begun) / seconds
-            known[row][kind] = result
-        write_json(out, {**sizes, "rows": known})
-        print(row, json.dumps(known[row]), flush=True)
+        told[row] = {kind: effect(row, factor, samples, known) for kind, factor in FACTORS.items()}
+        write_json(out, {**about, "rows": told})
+        print(row, json.dumps(told[row]), flush=True)
 
 
 if __name__ == "__main__":
-    every = [row for row in found() if row.partition(".")[0] not in BESIDE]
-    measure(Path(sys.argv[1]), sys.argv[2:] or every)
+    measure(Path(sys.argv[1]), sys.argv[2:] or EVERY)

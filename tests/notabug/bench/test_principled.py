@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from notabug.bench.verdict.principled import Costs, Row, compared, described, entropy, errors, printed, rho, table
-from notabug.bench.verdict.sensitivity import chosen
+from notabug.bench.verdict.sensitivity_pictures import chosen
 from notabug.metrics.policy import POLICY
 from notabug.references.models.model import Model
 

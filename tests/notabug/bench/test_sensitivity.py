@@ -8,6 +8,7 @@ import json
 import signal
 import sys
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -15,7 +16,9 @@ import numpy as np
 import pytest
 
 from notabug.bench.verdict.numbers import changed, found, scaled
-from notabug.bench.verdict.sensitivity import Said, Sample, at_most, differences, with_number
+from notabug.bench.verdict.reads import EVERY, named, noting
+from notabug.bench.verdict.sensitivity import FACTORS, at_most, differences, noted, readers, with_number
+from notabug.bench.verdict.sensitivity_pictures import WAYS, Planned, Said, Sample, Way, judged, small_pictures
 from notabug.metrics.policy import POLICY, value_of, with_value
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -104,15 +107,97 @@ def test_what_takes_too_long_is_stopped() -> None:
     assert signal.getitimer(signal.ITIMER_PROF) == (0.0, 0.0)  # no alarm is left
 
 
-def test_words_names_and_figures_are_told_apart() -> None:
-    samples: list[Sample] = [Sample("clean", None, (), {})] * 3  # type: ignore[arg-type]
-    before = [Said("pass", (), (), 0.5), Said("bug", ("light_gain",), (), 4.0), Said("pass", (), (), 0.5)]
-    after = [Said("bug", ("unexplained",), (), 2.0), Said("bug", ("gamma",), (), 4.0), Said("pass", (), (), 0.52)]
-    told = differences(samples, before, after)
-    assert told == {"words": 1, "names": 1, "figures": 1, "changes": ["pass to bug"]}
+def test_words_names_figures_and_details_are_told_apart() -> None:
+    before = [Said("pass", (), (), 0.5), Said("bug", ("light_gain",), (), 4.0), Said("pass", (), (), 0.5, "a")]
+    after = [Said("bug", ("unexplained",), (), 2.0), Said("bug", ("gamma",), (), 4.0), Said("pass", (), (), 0.52, "b")]
+    told = differences(before, after)
+    assert told == {"words": 1, "names": 1, "figures": 1, "details": 1, "changes": ["pass to bug"]}
+
+
+# --- which numbers are read -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "rows"),
+    [
+        ("metrics.noise", "SIDE", {"noise.reach"}),
+        ("metrics.judge", "RELATIVE", {"references.tracer.precision.RELATIVE"}),
+        ("references.tracer.precision", "MOST", {"references.tracer.precision.MOST"}),
+    ],
+)
+def test_a_name_stands_for_the_number_that_it_was_made_of(module: str, name: str, rows: set[str]) -> None:
+    assert named(f"notabug.{module}")[name] == rows
+
+
+def test_every_constant_of_the_references_is_a_name_of_its_module() -> None:
+    for row in EVERY:
+        module, _, constant = row.rpartition(".")
+        assert not module.startswith("references.") or row in named(f"notabug.{module}")[constant]
+
+
+@pytest.fixture(scope="module")
+def ball() -> Sample:
+    """A small picture that is a little too bright."""
+    return next(planned.sample for planned in small_pictures() if planned.label == "bug")
+
+
+@pytest.fixture(scope="module")
+def read(ball: Sample) -> dict[Way, tuple[Said, frozenset[str]]]:
+    before = importlib.import_module("notabug.metrics.judge")
+    with noting() as judge, judge.fresh():
+        found = {way: judge.of(partial(judged, ball, way)) for way in WAYS}
+    assert importlib.import_module("notabug.metrics.judge") is before
+    return found
+
+
+def test_reads_are_noted_wherever_a_number_is_used(read: dict[Way, tuple[Said, frozenset[str]]]) -> None:
+    _, rows = read["word"]
+    assert "admissible.grid" in rows, "through the policy"
+    assert "noise.reach" in rows or "noise.tile" in rows, "as a name at the top of a file, or a default"
+    assert {"references.tracer.precision.RELATIVE", "references.tracer.envelope.GRID"} <= rows, "imported"
+    assert {"names.better", "calibration.shift", "perceive.white"}.isdisjoint(rows)
+    assert "perceive.white" in read["eye"][1]
+    assert "causes.black" in read["name"][1]
+
+
+def test_what_was_noted_is_known_by_its_name_and_not_drawn_again(tmp_path: Path, ball: Sample) -> None:
+    kept = tmp_path / "some.reads.json"
+    first = noted([Planned("bug", lambda: ball, name="one")], kept)
+
+    def never() -> Sample:
+        raise AssertionError("it was judged already")
+
+    again = noted([Planned("clean", lambda: ball, name="new"), Planned("bug", never, name="one")], kept)
+    assert {way: again[1, way] for way in WAYS} == {way: first[0, way] for way in WAYS}
+    assert (0, "word") in again
+    row = "references.tracer.precision.RELATIVE"
+    assert readers(row, [Planned("clean", never), Planned("bug", never)], again) == [(1, "word"), (0, "word")]
+
+
+def test_what_is_noted_says_the_same_as_what_is_not(ball: Sample, read: dict[Way, tuple[Said, frozenset[str]]]) -> None:
+    for way in WAYS:
+        assert judged(ball, way) == read[way][0]
+    with with_number("admissible.grid", 1.0):
+        assert judged(ball, "name") == read["name"][0]
+
+
+@pytest.mark.parametrize("row", ["names.better", "rules.most_striped", "calibration.tones"])
+def test_a_number_that_is_not_read_moves_nothing(
+    ball: Sample, read: dict[Way, tuple[Said, frozenset[str]]], row: str
+) -> None:
+    assert row not in read["word"][1]
+    for factor in FACTORS.values():
+        with with_number(row, factor):
+            assert judged(ball, "word") == read["word"][0]
+
+
+def test_a_number_that_decides_is_seen_to(ball: Sample, read: dict[Way, tuple[Said, frozenset[str]]]) -> None:
+    with with_number("references.tracer.precision.RELATIVE", 20.0):
+        assert judged(ball, "word").word == "pass" != read["word"][0].word
 
 
 def test_the_page_says_what_is_kept(pages: ModuleType) -> None:
     measured = json.loads(pages.KEPT.read_text("utf-8"))
     assert pages.PAGE.read_text("utf-8") == pages.page(measured), "run python docs/judge_sensitivity.py"
-    assert set(measured["rows"]) - set(found()) == set(), "rows of numbers that are gone"
+    assert set(measured["rows"]) - set(EVERY) == set(), "rows of numbers that are gone"
+    assert set(measured["reads"]) == set(EVERY), "run python -m notabug.bench.verdict.sensitivity"
