@@ -31,8 +31,6 @@ from notabug.references.models.model import Model
 
 Floats = npt.NDArray[np.floating]
 
-LEAST = sys.float_info.min
-"""Of a misfit whose logarithm is taken: 0 where all that is wrong lies on edges, which misfits leave out."""
 
 Others = Callable[[], Iterable[tuple[str, Floats]]]
 """References of other scenes of the same size: (name, (h, w, 3))."""
@@ -98,7 +96,8 @@ def _best_fault(bug: Bug, best: Name | None, faults: Sequence[Model], exact: flo
     for turn, strengths in enumerate(found):
         first = next(strengths)
         likeness = bug.likeness(first)
-        level = round(math.log(max(likeness, exact, LEAST), POLICY.naming.level))
+        # a misfit is 0 where all that is wrong lies on edges, which misfits leave out
+        level = round(math.log(max(likeness, exact, sys.float_info.min), POLICY.naming.level))
         ranked.append(((first.rule == "any", level, turn), likeness, first, strengths))
     for _, first_likeness, first, others in sorted(ranked, key=itemgetter(0)):
         if best is not None and best.is_exact(exact) and first_likeness >= best.prune_bound(exact):
