@@ -37,6 +37,7 @@ DECKS: dict[str, dict[str, int]] = {
     "objects": {"1": 10, "2": 8, "3": 2},
     "stage": {"metres": 10, "centimetres": 6, "z_up": 4},
     "settings": {"none": 14, "authored": 6},
+    "opacity": {"none": 15, "cutout": 4, "channel": 1},
 }
 
 
@@ -64,6 +65,7 @@ class Features:
     objects: str
     stage: str
     settings: str
+    opacity: str
 
     def words(self) -> str:
         """The features in one line, for tables."""

@@ -55,7 +55,8 @@ def _things(rng: np.random.Generator, what: Features) -> tuple[list[str], list[s
         uv = kind not in WITHOUT_COORDINATES
         material = what.surface if not k else str(rng.choice(["dielectric", "metal", "specular"]))
         maps, bumps = (what.maps, what.normal_map) if uv and not k else ("none", "none")
-        made = surface(rng, what, f"Look{k}", material, maps=maps, bumps=bumps)
+        opacity = what.opacity if uv and not k else "none"
+        made = surface(rng, what, f"Look{k}", material, maps=maps, bumps=bumps, opacity=opacity)
         looks.append(made.text)
         files |= made.files
         second = f"Look{k}"

@@ -24,8 +24,13 @@ class Surface:
     files: dict[str, bytes]
 
 
-def surface(rng: np.random.Generator, what: Features, name: str, kind: str, *, maps: str, bumps: str) -> Surface:
-    """The material ``name`` with cards of the decks of surfaces (``kind``), maps and normal maps (``bumps``)."""
+def surface(
+    rng: np.random.Generator, what: Features, name: str, kind: str, *, maps: str, bumps: str, opacity: str = "none"
+) -> Surface:
+    """The material ``name`` with cards of the decks of surfaces (``kind``), maps, normal maps (``bumps``) and opacity.
+
+    A ``cutout`` is by the alpha of a picture, or by the red ``channel`` of one.
+    """
     inputs, nodes, files = _Inputs(), _Nodes(what, name), dict[str, bytes]()
     inputs.put("color3f", "diffuseColor", vector(colour(rng, 0.2, 0.9)))
     inputs.put("float", "roughness", _share(rng, LEAST_ROUGH, 1.0))
@@ -62,6 +67,13 @@ def surface(rng: np.random.Generator, what: Features, name: str, kind: str, *, m
     if maps == "emission":
         dim = {"scale": "(0.4, 0.4, 0.4, 1)"}
         inputs.connect("color3f", "emissiveColor", f"{show('glow', picture(rng), 'sRGB', **dim)}.outputs:rgb")
+    if opacity != "none":
+        pixels = picture(rng)
+        alpha = rng.integers(0, 256, (*pixels.shape[:2], 1), dtype=np.uint8)
+        whole = np.concatenate([pixels, alpha], axis=2)
+        node = show("leaf", whole, "sRGB") if opacity == "cutout" else show("leaf", np.repeat(alpha, 3, axis=2), "raw")
+        inputs.connect("float", "opacity", f"{node}.outputs:{'a' if opacity == 'cutout' else 'r'}")
+        inputs.put("float", "opacityThreshold", _share(rng, 0.2, 0.6))
     if bumps != "none" and what.wrap != "black":  # what is black there is no normal
         strong = {"plain": ("(2, 2, 2, 1)", "(-1, -1, -1, 0)"), "weak": ("(1, 1, 2, 1)", "(-0.5, -0.5, -1, 0)")}[bumps]
         node = show("normals", _normals(rng), "raw", scale=strong[0], bias=strong[1])
@@ -105,7 +117,7 @@ class _Nodes:
             f'token inputs:wrapS = "{what.wrap}"',
             f'token inputs:wrapT = "{what.wrap}"',
             *(f"float4 inputs:{key} = {value}" for key, value in reads.items()),
-            *(f"float outputs:{channel}" for channel in "rgb"),
+            *(f"float outputs:{channel}" for channel in "rgba"),
             "float3 outputs:rgb",
         ]
         self.texts.append(block(f'def Shader "Map_{name}"', "\n".join(lines)))
