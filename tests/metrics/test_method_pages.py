@@ -27,7 +27,7 @@ JUDGE = (ROOT / "docs" / "judge.md").read_text("utf-8")
 FILES = sorted(each.stem for each in (ROOT / "metrics").glob("*.py") if each.stem != "__init__")
 STEPS = dict(re.findall(r"^## Step (\d+): .*?\n(.*?)(?=^## )", JUDGE, re.M | re.S))
 BESIDE = frozenset(
-    {"calibration", "recalled", "why", "channels", "image_filters", "formulas"}
+    {"calibration", "recalled", "why", "channels", "image_filters", "formulas", "telling"}
 )  # before, beside and for the steps
 
 
