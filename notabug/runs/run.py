@@ -11,7 +11,7 @@ from typing import cast
 
 from notabug.ending import saved_trace
 from notabug.results.document import RendererSaid, RunDocument
-from notabug.results.gate import Gate
+from notabug.results.gate import NOT_CALIBRATED, OF_FILES, Gate
 from notabug.results.one_light import told_by_lights
 from notabug.results.record import Result, run_document
 from notabug.runs.calibration import CARDS
@@ -160,10 +160,17 @@ def _finished(state: Run, task: Task) -> Result | None:
 def _finish(state: Run, results: dict[int, Result], index: int, done: Done) -> None:
     """Put a job's result in its place and save the record."""
     state.rendering += done.rendering
-    results[index] = state.plan.gate.judged(done.result)
+    results[index] = state.plan.gate.judged(not_to_blame(done.result, state.calibration.get(done.result.renderer)))
     state.results = [results[result] for result in sorted(results)]
     state.watcher.done(results[index], done.kept)
     state.save(now=False)
+
+
+def not_to_blame(result: Result, card: Result | None) -> Result:
+    """``result``, of a renderer that is refused for its ``card``, as the disk's where it was the disk that failed it."""
+    if card is None or OF_FILES not in card.verdict.triggers or NOT_CALIBRATED not in result.verdict.triggers:
+        return result
+    return replace(result, verdict=replace(result.verdict, triggers=(OF_FILES,), message=card.verdict.message))
 
 
 def _lost(plan: Plan, task: Task, error: Exception) -> Done:

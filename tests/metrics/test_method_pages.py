@@ -29,7 +29,7 @@ FILES = sorted(each.stem for each in (ROOT / "metrics").glob("*.py") if each.ste
 STEPS = dict(re.findall(r"^## Step (\d+): .*?\n(.*?)(?=^## )", JUDGE, re.M | re.S))
 ABBREVIATIONS = {"FLIP", "SMPTE", "E_ITP", "JSON"}
 BESIDE = frozenset(
-    {"calibration", "recalled", "why", "channels", "image_filters", "formulas"}
+    {"calibration", "recalled", "why", "channels", "image_filters", "formulas", "telling"}
 )  # before, beside and for the steps
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from notabug.metrics.verdict import Verdict
 from notabug.results.alike import alike, kind, missing_features
-from notabug.results.gate import OF_FILES
+from notabug.results.gate import NOT_CALIBRATED, OF_FILES
 from notabug.results.record import Result
 from notabug.runs.progress import messages
+from notabug.runs.run import not_to_blame
 
 
 def result(message: str, word: Any = "error", renderer: str = "mine", scene: str = "a/b") -> Result:
@@ -57,6 +59,20 @@ def test_a_full_disk_is_told_once_for_all_renderers() -> None:
     assert same.renderers == ("mine", "theirs")
     (line,) = messages(full)
     assert "mine, theirs: 4 jobs failed alike: cannot write" in line.plain
+
+
+def test_a_card_that_the_disk_spoilt_blames_no_renderer() -> None:
+    spoilt = Result("c/card", "", "mine", "1", Verdict("error", message="no space", triggers=(OF_FILES,)))
+    refused = Verdict("error", message="calibration: no space", triggers=(NOT_CALIBRATED,))
+    found = [
+        not_to_blame(Result("a/b", "", name, "1", refused), replace(spoilt, renderer=name))
+        for name in ("mine", "theirs", "others")
+    ]
+    (line,) = messages(found)
+    assert "mine, theirs, others: 3 jobs failed alike: no space" in line.plain
+    upside_down = replace(spoilt, verdict=Verdict("bug", message="upside down"))
+    assert not_to_blame(Result("a/b", "", "mine", "1", refused), upside_down).verdict == refused
+    assert not_to_blame(Result("a/b", "", "mine", "1", refused), None).verdict == refused
 
 
 def test_what_every_scene_lacks_has_no_counts_of_its_own() -> None:
