@@ -10,7 +10,7 @@ import json
 import shutil
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 from typing import Literal
@@ -20,13 +20,15 @@ from notabug.adapters.child_job import Edit, Script
 from notabug.adapters.environment import PACKAGES, environment_folder, installed
 from notabug.adapters.process import run_child
 from notabug.adapters.zbuffer import grid
-from notabug.scenes_usd.scene import Scene
+from notabug.scenes_usd.scene import Scene, ShadowMap
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge")
 GET_BROWSER = "apt install chromium"
 SUBPIXEL_BITS = {"swiftshader": 4, "gl-egl": 8}  # as SwiftShader says of itself, and most hardware and Mesa's llvmpipe
 DEPTH: dict[str, Literal["float32", "unknown"]] = {"swiftshader": "unknown", "gl-egl": "float32"}
 """How depths are held. The texture is float32; SwiftShader computes them more coarsely than that, llvmpipe does not."""
+
+NONE = ShadowMap(0)
 
 _CHILD = "browser_child.py"
 _PROBE_SECONDS = 120.0
@@ -62,8 +64,10 @@ class InBrowser:
         device = _device((program, str(library), str(_beside(self.script))), self.angle, self.name)
         return Found(f"{version} ({device})", str(library))
 
-    def render(self, scene: Scene, out: Path, quality: Quality, unit: float) -> tuple[Render, ...]:
-        settings = {"grid": grid(quality), "unit": unit}
+    def render(
+        self, scene: Scene, out: Path, quality: Quality, unit: float, shadow_map: ShadowMap = NONE
+    ) -> tuple[Render, ...]:
+        settings = {"grid": grid(quality), "unit": unit, "shadow_map": asdict(shadow_map)}
         return self._script().render(scene, out, quality, settings, self.package, samples=grid(quality) ** 2)
 
     def _script(self) -> Script:

@@ -151,7 +151,7 @@ def _drawn(browser: Browser, folder: Path) -> None:
     np.save(folder / "picture.npy", pixels[..., :3].mean(axis=(1, 3), dtype=np.float64).astype(np.float32))
 
 
-_PASSED_ON = ("width", "height", "camera", "lights", "materials", "grid", "unit")
+_PASSED_ON = ("width", "height", "camera", "lights", "materials", "grid", "unit", "shadow_map")
 
 
 def plain(job: Job, arrays: Arrays) -> dict[str, object]:

@@ -121,6 +121,7 @@ class Job(TypedDict):
     interpolation: NotRequired[str]
     local_viewer: NotRequired[bool]
     unit: NotRequired[float]
+    shadow_map: NotRequired[dict[str, float]]
     bounces: NotRequired[int]
     raised: NotRequired[float]
     terminator_offset: NotRequired[float]

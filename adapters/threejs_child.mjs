@@ -7,7 +7,7 @@ export async function setup(library) {
   renderer = new THREE.WebGLRenderer({ antialias: false });
   renderer.setPixelRatio(1);
   renderer.toneMapping = THREE.NoToneMapping;
-  renderer.shadowMap.enabled = false;
+  renderer.shadowMap.type = THREE.BasicShadowMap;
   const gl = renderer.getContext();
   for (const needed of ['EXT_color_buffer_float', 'OES_texture_float_linear'])
     if (!gl.getExtension(needed)) throw new Error(`the device has no ${needed}`);
@@ -19,7 +19,8 @@ export async function draw(job) {
   const width = job.width * job.grid, height = job.height * job.grid;
   if (Math.max(width, height) > renderer.capabilities.maxTextureSize)
     throw new Error(`a picture of ${width} x ${height} is larger than ${renderer.capabilities.maxTextureSize}, the device's limit`);
-  const scene = new THREE.Scene(), made = [];
+  renderer.shadowMap.enabled = job.shadow_map.resolution > 0;
+  const scene = new THREE.Scene(), made = [], around = new THREE.Box3();
   scene.background = new THREE.Color(0, 0, 0);
   const textures = job.textures.map(said => map(said.pixels, said.width, said.height, said.wrap));
   made.push(...textures);
@@ -30,10 +31,17 @@ export async function draw(job) {
     geometry.setAttribute('uv', new THREE.BufferAttribute(shape.uv, 2));
     const mesh = new THREE.Mesh(geometry, look);
     mesh.frustumCulled = false;
+    mesh.castShadow = mesh.receiveShadow = true;
+    geometry.computeBoundingBox();
+    around.union(geometry.boundingBox);
     scene.add(mesh);
     made.push(geometry, look);
   }
-  for (const said of job.lights) if (Math.max(...said.intensity) > 0) light(scene, said, job.unit);
+  for (const said of job.lights) {
+    if (!(Math.max(...said.intensity) > 0)) continue;
+    const lamp = light(scene, said, job.unit);
+    if (renderer.shadowMap.enabled) { shadows(lamp, said, job, around); made.push(lamp); }
+  }
   const target = new THREE.WebGLRenderTarget(width, height, {
     type: THREE.FloatType, format: THREE.RGBAFormat, minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter,
     colorSpace: THREE.LinearSRGBColorSpace, depthTexture: new THREE.DepthTexture(width, height, THREE.FloatType),
@@ -90,6 +98,21 @@ function light(scene, said, unit) {
     scene.add(made.target);
   }
   scene.add(made);
+  return made;
+}
+
+// The map is as wide and as deep as the scene is across, and looks at its middle; three's bias is a part of its depth.
+function shadows(lamp, said, job, around) {
+  const {resolution, bias, normal_bias} = job.shadow_map, middle = around.getCenter(new THREE.Vector3());
+  const across = around.getSize(new THREE.Vector3()).length(), shadow = lamp.shadow, seen = shadow.camera;
+  lamp.target.position.copy(middle);
+  lamp.position.copy(middle).addScaledVector(new THREE.Vector3(...said.place), -across);
+  [seen.left, seen.right, seen.bottom, seen.top] = [-across / 2, across / 2, -across / 2, across / 2];
+  [seen.near, seen.far] = [across / 2, 1.5 * across];
+  shadow.mapSize.set(resolution, resolution);
+  shadow.bias = -bias * job.unit / across;
+  shadow.normalBias = normal_bias * job.unit;
+  lamp.castShadow = true;
 }
 
 function camera(said, unit) {

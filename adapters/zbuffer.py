@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
-from notabug.adapters.base import Declaration, Found, Quality, Render, UnsupportedError
+from notabug.adapters.base import Declaration, Found, Quality, Render
 from notabug.adapters.job_folder import picture_path
 from notabug.adapters.registry import register
 from notabug.adapters.requirements import check_supported
+from notabug.adapters.shadow_maps import asked_for
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Scene, ShadowMap
 
@@ -108,18 +109,7 @@ class ZBuffer:
         """How the maps of ``scene`` are made; a resolution of 0: there are none."""
         if not self.as_lit:
             return ShadowMap(self.shadow_map, self.shadow_bias, self.shadow_normal_bias)
-        said = {each.shadow_map for each in scene.lights}
-        if said == {None} and scene.card.artifact_class == "calibration":
-            return ShadowMap(0)  # nothing on a card casts a shadow
-        found = said.pop() if len(said) == 1 else None
-        if found is None:
-            raise UnsupportedError(
-                f"scene {scene.id!r} needs shadow_map",
-                where=f"adapter {self.name!r}",
-                expected="the same numbers of a shadow map on every light",
-                do="author notabug:shadowMap:resolution, :bias and :normalBias on each light",
-            )
-        return found
+        return asked_for(self.name, scene)
 
 
 def grid(quality: Quality) -> int:

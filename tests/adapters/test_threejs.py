@@ -85,6 +85,17 @@ def test_it_declares_the_lobe_and_the_grid_of_its_device() -> None:
     assert (declared.subpixel_bits, ThreeJs(angle="gl-egl").declaration(Quality()).subpixel_bits) == (4, 8)
 
 
+def test_shadow_maps_are_drawn_where_they_are_asked_for(stage: Any) -> None:
+    mapped = ThreeJs(shadow_maps=True)
+    declared = mapped.declaration(Quality())
+    assert (declared.shadows, declared.shadow_algorithm, declared.shadow_filter) == ("cast", "map", "nearest")
+    for light, why in ((stage.distant((0, 0, 1)), "shadow_map"), (stage.point((0.0, 0.0, 2.0)), "point_light")):
+        scene = stage.scene([stage.quad()], [light], stage.camera((0, 0, 5)))
+        scene = stage.replace(scene, card=stage.replace(scene.card, artifact_class="shadow_map"))
+        with pytest.raises(UnsupportedError, match=f"needs {why}"):
+            mapped.render(scene, stage.out, Quality())
+
+
 def test_what_it_cannot_draw_is_named(stage: Any) -> None:
     for look, why in (({"specular": (0.1, 0.2, 0.1)}, "coloured_highlight"), ({"opacity": 0.5}, "opacity")):
         looks = [stage.replace(stage.grey(), **look)]

@@ -22,6 +22,7 @@ from notabug.adapters.cycles import Cycles
 from notabug.adapters.filament import Filament
 from notabug.adapters.luxcore import LuxCore
 from notabug.adapters.tachyon import Tachyon
+from notabug.adapters.threejs import ThreeJs
 from notabug.metrics.verdict import Verdict
 from notabug.scenes_usd.scene import Scene
 
@@ -85,6 +86,24 @@ def test_a_limitation_has_its_name(
 ) -> None:
     verdict = verdict_of(studio, request.getfixturevalue(name), small(studio, scene))
     assert (verdict.word, sorted(finding.name for finding in verdict.findings)) == ("limitation", limitations)
+
+
+@pytest.mark.parametrize(("bias", "limitation"), [("0", "shadow_map_acne"), (".3", "shadow_map_detached")])
+def test_shadow_maps_of_three_js_are_limitations_by_their_bias(
+    studio: Any, threejs: ThreeJs, bias: str, limitation: str
+) -> None:
+    verdict = verdict_of(studio, replace(threejs, shadow_maps=True), small(studio, "shadow_map/box", bias=bias))
+    assert (verdict.word, verdict.findings[0].name) == ("limitation", limitation)
+
+
+def test_a_bias_with_the_wrong_sign_is_a_bug_of_three_js(studio: Any, threejs: ThreeJs) -> None:
+    """All of the picture is black, for which light from below is an explanation as good as any."""
+
+    def negated(job: Job, arrays: Arrays) -> None:
+        job["shadow_map"]["bias"] *= -1.0
+
+    mutant = replace(threejs, shadow_maps=True, edit=negated)
+    _check_mutant(studio, mutant, "bias_negated", "shadow_map/box", {"shadow_bias_negated", "light_negated"})
 
 
 # ---- mutants of the renderers that read a job
