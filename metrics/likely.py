@@ -41,13 +41,14 @@ def likely(
     The first strength of a fault is the one that fits best along one axis. A renderer may have the choices ``habits``
     beside its fault, which hides some of them. Pictures are looked at on a lattice.
     """
+    numbers = POLICY.likely
     reference = predict(())
     look = lattice(*reference.edge.shape)
     quick = partial(look.preview, preview)
-    steps = look.blocks(POLICY.likely.steps)
+    steps = look.blocks(numbers.steps)
     # of edges only what is wrong counts: there quick pictures of the right scene differ from the mean as well
     at = look.of(~reference.edge | found.significance.pixels)[..., None]
-    at = at if at.sum() > POLICY.likely.enough else np.ones_like(at)
+    at = at if at.sum() > numbers.enough else np.ones_like(at)
     scale = look.of(worth(measured, reference))
     # what the picture changes on the reference, and on the choices of a renderer that explain most of it
     starts: list[tuple[tuple[Model, ...], Floats]] = [((), look.of(measured.mean - reference.value))]
@@ -58,38 +59,34 @@ def likely(
         starts.append((habits, look.of(measured.mean - predict(habits).value)))
 
     def compared(change: Floats, other: Floats, local: bool, step: int) -> float:
-        a, b = (
-            coarse(np.clip(each / scale, -POLICY.likely.clip, POLICY.likely.clip) * at, step)
-            for each in (change, other)
-        )
+        a, b = (coarse(np.clip(each / scale, -numbers.clip, numbers.clip) * at, step) for each in (change, other))
         if local:
             b = b * (largest(np.abs(a)) > 1.0)[..., None]
         product = float(np.linalg.norm(a) * np.linalg.norm(b))
         return abs(float((a * b).sum())) / product if product > 0 else 0.0
 
     def covered(change: Floats, other: Floats) -> float:
-        a = (np.clip(change / scale, -POLICY.likely.clip, POLICY.likely.clip) * at) ** 2
+        a = (np.clip(change / scale, -numbers.clip, numbers.clip) * at) ** 2
         return float(a[other != 0].sum() / max(float(a.sum()), 1e-30))
 
     def equal(change: Floats, own: Floats) -> float:
         """The share of what is changed that ``own`` says right: of each value the share of its size."""
-        size = np.minimum(np.abs(change) / scale, POLICY.likely.clip) * at
+        size = np.minimum(np.abs(change) / scale, numbers.clip) * at
         off = np.minimum(np.abs(change - own) / np.maximum(np.abs(change), scale), 1.0)
-        beside = np.minimum(np.abs(own) / scale, POLICY.likely.clip) * at * (np.abs(change) <= scale)
+        beside = np.minimum(np.abs(own) / scale, numbers.clip) * at * (np.abs(change) <= scale)
         return 1.0 - float((size * off + beside).sum()) / max(float(size.sum()), 1e-30)
 
     def scored(fault: Model, change: Floats, own: Floats) -> float:
         local = fault.local or fault.rule != "choice"
         score = max(compared(change, own, local, step) for step in steps)
-        if fault.rule == "choice" and fault.at is None and equal(change, own) > POLICY.likely.equal:
+        if fault.rule == "choice" and fault.at is None and equal(change, own) > numbers.equal:
             score += 1.0  # of one strength: what is not only alike but the same comes first
         # under "any" what it shows may be anything, where it acts
         return max(score, covered(change, own)) if fault.rule == "any" else score
 
     ranked: list[_Ranked] = []
     families: dict[object, list[list[tuple[_Ranked, Floats]]]] = {}
-    wrong = found.significance.pixels
-    placed = (each if each.placed is None else each.placed(wrong) for each in faults)
+    placed = (fault if fault.placed is None else fault.placed(found.significance.pixels) for fault in faults)
     for index, fault in enumerate(each for each in placed if each is not None):
         tried: list[tuple[_Ranked, Floats]] = []
         for base, change in starts:
@@ -107,9 +104,9 @@ def likely(
             score = max(compared(likeliest.change, together, False, step) for step in steps)
             best.append(replace(likeliest, together=score))
         ranked.append(max(best, key=lambda each: each.together))
-    ranked = sorted((each for each in ranked if each.most > POLICY.likely.least_alike), key=_Ranked.place)
-    alike = sum(each.most > POLICY.likely.alike for each in ranked)
-    tried_in_turn = sorted(ranked[: min(POLICY.likely.likely, max(alike, POLICY.likely.few))], key=_Ranked.turn)
+    ranked = sorted((each for each in ranked if each.most > numbers.least_alike), key=_Ranked.place)
+    alike = sum(each.most > numbers.alike for each in ranked)
+    tried_in_turn = sorted(ranked[: min(numbers.likely, max(alike, numbers.few))], key=_Ranked.turn)
     return [_strengths(each, at, scale, quick, look) for each in tried_in_turn]
 
 
