@@ -1,4 +1,8 @@
-"""Faults of opacity from a map: what readers make of it, of its threshold, and of colours that have an alpha."""
+"""Opacity from a map: what readers get wrong of it, of its threshold, and of colours that have an alpha.
+
+UsdPreviewSurface has the colour and the opacity as two inputs, each filtered by itself. Who filters them together, as
+compositing has it, brings no colour of clear texels into the border: a convention of its own.
+"""
 
 from __future__ import annotations
 
@@ -85,6 +89,16 @@ def _colours(scene: Scene, mapped: list[Material]) -> Iterator[Model]:
         if "encoded" in claim and all(scene.textures[each.texture].colour_space == "raw" for each in painted):
             continue
         yield _fault("colour_times_alpha", claim, multiplied(times), _ALPHA)
+    if len(painted) < sum(each.texture >= 0 for each in mapped):  # the switch is of every such surface
+        return
+    yield Model(
+        name="associated_filter",
+        kind="convention",
+        claim="colours are mixed as multiplied by their alpha: no colour of what is cut away bleeds into the border",
+        cites=f"{_ALPHA}; Forsyth 2006, Premultiplied alpha",
+        edit=multiplied(lambda colour, alpha: colour * alpha),
+        options={"associated": True},
+    )
 
 
 def _red(pixels: Floats) -> Floats:

@@ -9,9 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from notabug.adapters.base import Quality
+from notabug.adapters.inhouse import InHouse
+from notabug.metrics.judge import judge
 from notabug.references.models.model import Model, models
 from notabug.references.models.opacity_map import edit_masks, multiplied
-from notabug.references.predict import configured
+from notabug.references.predict import configured, predict
+from notabug.references.tracer.envelope import trace_picture
 from notabug.scenes_usd.reader import read_scene
 from notabug.scenes_usd.scene import Floats, Material, Scene, Texture
 from notabug.scenes_usd.srgb import decode_srgb, encode_srgb
@@ -74,6 +78,26 @@ def test_colours_are_multiplied_linear_or_as_stored() -> None:
         (painted,) = (each for each in edited.materials if each.opacity_map >= 0)
         np.testing.assert_allclose(edited.textures[painted.texture].pixels, pixels)
         np.testing.assert_array_equal(edited.textures[painted.opacity_map].pixels, mask)
+
+
+def test_who_filters_colour_and_alpha_together_has_a_convention_of_its_own() -> None:
+    scene = read_scene("preview/opacity_alpha")
+    (model,) = (each for each in models(scene) if each.name == "associated_filter")
+    assert not [each for each in models(read_scene("preview/opacity_map")) if each.name == "associated_filter"]
+    picture = trace_picture(*configured(scene, (model,)))
+    assert np.abs(picture - predict(scene).point).max() > 0.02
+    verdict = judge([picture], scene, InHouse().declaration(Quality(samples=1)), perceive=False).verdict
+    assert verdict.word == "pass"
+    assert [(each.kind, each.name) for each in verdict.findings] == [("convention", "associated_filter")]
+
+
+def test_a_dark_fringe_is_a_bug() -> None:
+    scene = read_scene("preview/opacity_alpha")
+    (dark,) = (each for each in found(scene)["colour_times_alpha"] if "encoded" not in each.claim)
+    wrong = trace_picture(*configured(scene, (dark,)))
+    verdict = judge([wrong], scene, InHouse().declaration(Quality(samples=1)), perceive=False).verdict
+    assert verdict.word == "bug"
+    assert "colour_times_alpha" in [each.name for each in verdict.findings]
 
 
 def test_other_maps_that_are_the_same_texture_keep_theirs(make: Any) -> None:
