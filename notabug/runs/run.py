@@ -167,7 +167,7 @@ def _finish(state: Run, results: dict[int, Result], index: int, done: Done) -> N
 
 
 def not_to_blame(result: Result, card: Result | None) -> Result:
-    """``result``, of a renderer that is refused for its ``card``, as the disk's where it was the disk that failed it."""
+    """``result``, of a renderer that is refused for its ``card``; as the disk's where the disk failed that card."""
     if card is None or OF_FILES not in card.verdict.triggers or NOT_CALIBRATED not in result.verdict.triggers:
         return result
     return replace(result, verdict=replace(result.verdict, triggers=(OF_FILES,), message=card.verdict.message))
