@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 _FAR = 1e4  # of a sun that stands as a ball, in sizes of the scene
 _ROUND = 64  # flat strips that a cylinder is made of: seen from any side they are within 4e-4 of its width
-# Cycles loses light of slivers, since it takes the solid angle of a triangle from its corners in single precision: of
-# strips 3,700 times as long as wide a seventh was lost, of ones 10,000 times two fifths, of ones 16 times nothing.
+# Cycles loses light of slivers: see docs/defects/cycles-sliver-lights. Of strips 3,700 times as long as wide a seventh
+# was lost, of ones 10,000 times two fifths, of ones 16 times nothing.
 _SLENDER = 16  # times its width that a piece of a strip may be long
 _PIECES = 1024  # the most pieces of a strip
 _MAP_ACROSS = 2048  # texels across what a dome's directions are chosen by
