@@ -20,6 +20,7 @@ from notabug.metrics.formulas import DEVIATION
 from notabug.metrics.image_filters import Bools
 from notabug.metrics.noise import Measured
 from notabug.metrics.policy import POLICY
+from notabug.references.tracer.precision import RELATIVE
 
 Floats = npt.NDArray[np.floating]
 
@@ -58,11 +59,7 @@ def few_gain(measured: Measured, to: Admissible, excluded: Bools, channels: slic
     )
     noise = float(np.sqrt(measured.kappa * variance.sum())) / light
     flux = float(y.sum()) / light
-    slack = (
-        np.maximum(to.hi - to.value, to.value - to.lo)[lit][:, channels].sum(axis=1)
-        * edge
-        / POLICY.few_pixels.large_slack
-    )
+    slack = _slack(to)[lit][:, channels].sum(axis=1) / POLICY.few_pixels.large_slack
     error = float(np.hypot(_of_edges(y - flux * x, slack, _coverage(to, lit)) / light, noise))
     smooth = ~edge & (x > 0)
     if np.count_nonzero(smooth) >= POLICY.regression.enough:
@@ -73,6 +70,15 @@ def few_gain(measured: Measured, to: Admissible, excluded: Bools, channels: slic
             rounding = float(to.tau.min()) * (channels.stop - channels.start) / float(np.median(x[smooth]))
             return FewGain(peak, scatter / np.sqrt(ratio.size) + noise + rounding / POLICY.few_pixels.rounded, noise)
     return FewGain(flux, error, noise)
+
+
+def _slack(to: Admissible) -> Floats:
+    """By how much samples may be off (h, w, 3): what lies beside an edge; elsewhere what fine texture hides from them.
+
+    That is what a pixel's tolerance has beyond the least one and the share of its value that every pixel has.
+    """
+    hidden = np.maximum(to.tau - RELATIVE * to.value - to.tau.min(), 0.0)
+    return np.where(to.edge[..., None], np.maximum(to.hi - to.value, to.value - to.lo), hidden)
 
 
 def _of_edges(off: Floats, slack: Floats, coverage: npt.NDArray[np.integer]) -> float:

@@ -225,6 +225,15 @@ def test_a_wider_filter_on_a_small_ball_is_no_gain() -> None:
     assert not global_fit(measure([wide], to.edge), to, NONE).gained
 
 
+@pytest.mark.parametrize(("share", "gained"), [(0.0, True), (0.6, False)])
+def test_what_fine_texture_hides_from_samples_is_no_gain(share: float, gained: bool) -> None:
+    """Six pixels of an object without an edge, whose tolerance holds ``share`` of their value, are 5 % too bright."""
+    value = np.zeros((SIDE, SIDE, 3))
+    value[30:33, 30:32] = 0.4
+    to = Admissible(value, value, value, (0.004 + share) * value + 2e-4, NONE, np.zeros((SIDE, SIDE)))
+    assert global_fit(measure([1.05 * value], NONE), to, NONE).gained == gained
+
+
 def test_the_border_of_what_a_limitation_may_change_does_not_stand_for_it() -> None:
     """Where surfaces coincide any of them may be seen, so nothing but the edges around them is left to tell a gain."""
     to, picture = few("disc", 8.0)
