@@ -14,6 +14,7 @@ exponent of 1e5; what is seen in mirrors and glass to what ``mitsuba_job.py`` sa
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -41,11 +42,7 @@ def whitted(
     # with a map every sample goes on straight, and brings as much as the map lets through where it met the surface
     chances = _chances(look["mirror"], look["transmission"], 1.0 - float(look["opacity"]) if cut is None else 1.0)
 
-    def opacity(si: Any, active: Any) -> Any:
-        if cut is None:
-            return mi.Float(look["opacity"])
-        said, least = cut.eval_1(si, active), look.get("least_opacity", 0.0)
-        return dr.select(said >= least, mi.Float(1.0), mi.Float(0.0)) if least else mi.Float(said)
+    opacity = partial(_opacity, dr, mi, look, cut)
 
     class Whitted(mi.BSDF):  # type: ignore[misc]  # the variant is known only when it is loaded
         def __init__(self) -> None:
@@ -62,44 +59,19 @@ def whitted(
             for each in self.m_components:
                 self.m_flags |= each
 
-        def eval(
-            self,
-            ctx: Any,
-            si: Any,
-            wo: Any,
-            active: Any = True,
-        ) -> Any:
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             if one_sided:
                 active &= mi.Frame3f.cos_theta(si.wi) > 0
             return _evaluated(dr, mi, look, bitmap, numbers, si, wo, active) * opacity(si, active)
 
-        def sample(
-            self,
-            ctx: Any,
-            si: Any,
-            sample1: Any,
-            sample2: Any,
-            active: Any = True,
-        ) -> tuple[Any, Any]:
+        def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> tuple[Any, Any]:
             ray, weight = _sampled(dr, mi, look, chances, si, sample1, 1.0 - opacity(si, active))
             return ray, dr.select(active, weight, 0.0)
 
-        def pdf(
-            self,
-            ctx: Any,
-            si: Any,
-            wo: Any,
-            active: Any = True,
-        ) -> Any:
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             return mi.Float(0.0)
 
-        def eval_pdf(
-            self,
-            ctx: Any,
-            si: Any,
-            wo: Any,
-            active: Any = True,
-        ) -> tuple[Any, Any]:
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
             return self.eval(ctx, si, wo, active), mi.Float(0.0)
 
         def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
@@ -109,6 +81,14 @@ def whitted(
             return "Whitted[]"
 
     return Whitted()
+
+
+def _opacity(dr: Any, mi: Any, look: MitsubaLook, cut: Any, si: Any, active: Any) -> Any:
+    """How much of the surface is there: by the map ``cut``, whole or not at all where there is a threshold."""
+    if cut is None:
+        return mi.Float(look["opacity"])
+    said, least = cut.eval_1(si, active), look.get("least_opacity", 0.0)
+    return dr.select(said >= least, mi.Float(1.0), mi.Float(0.0)) if least else mi.Float(said)
 
 
 def _evaluated(

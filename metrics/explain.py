@@ -6,7 +6,7 @@ their support, the segment from there to their own picture: V = B - R, alpha = c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import itemgetter
 from types import MappingProxyType
@@ -112,8 +112,7 @@ def explain(
     ``preview`` spares most of the predictions: of models that move nothing near what needs explaining, and of larger
     sets whose quick picture is no nearer than that of the best one. With it, sets of three grow from the pairs that
     leave least, or from the best set. Before a picture is a bug, models that move nothing are predicted all the same.
-    Where little is wrong it is predicted ``closely``. The conventions that are ``stated`` by the renderer's declaration
-    are tried before anything else.
+    Where little is wrong it is predicted ``closely``. Conventions that a declaration has ``stated`` are tried first.
     """
     bare = best = fit(measured, (), predict)
     if not bare.triggers:
@@ -126,9 +125,7 @@ def explain(
             bare = best = fit(measured, (), predict)
             if not bare.triggers:
                 return bare
-    near_stated = tuple(model for model in stated if preview is None or nears(bare, model, preview))
-    for some in (*((model,) for model in near_stated), *([near_stated] if len(near_stated) > 1 else [])):
-        found = fit(measured, some, predict)
+    for found in _by_stated(measured, bare, stated, predict, preview):
         if not found.triggers:
             return replace(found, before=bare.significance.z)
     together = habits(models)
@@ -179,11 +176,34 @@ def explain(
         if not best.triggers:
             return replace(best, before=bare.significance.z)
     told = None if close else preview
-    enlarged = _beside(measured, best, predict, [each for each in models if each not in useful], told)
+    enlarged = _enlarged(measured, best, useful, models, together, predict, told)
+    return replace(enlarged or best, before=bare.significance.z)
+
+
+def _enlarged(
+    measured: Measured,
+    best: Explanation,
+    useful: Sequence[Model],
+    models: Sequence[Model],
+    together: tuple[Model, ...],
+    predict: Predict,
+    preview: Preview | None,
+) -> Explanation | None:
+    """The models of ``best``, or a renderer's habits alone, and more of ``models`` that leave nothing, or None."""
+    enlarged = _beside(measured, best, predict, [each for each in models if each not in useful], preview)
     starts = [best, fit(measured, together, predict)] if together else [best]  # habits alone may leave more than none
     for start in starts:
-        enlarged = enlarged or _grown(measured, start, models, predict, told)
-    return replace(enlarged or best, before=bare.significance.z)
+        enlarged = enlarged or _grown(measured, start, models, predict, preview)
+    return enlarged
+
+
+def _by_stated(
+    measured: Measured, bare: Explanation, stated: Sequence[Model], predict: Predict, preview: Preview | None
+) -> Iterator[Explanation]:
+    """What the conventions that are ``stated`` leave: each alone, then all of those that move what is wrong."""
+    near = tuple(model for model in stated if preview is None or nears(bare, model, preview))
+    for some in (*((model,) for model in near), *([near] if len(near) > 1 else [])):
+        yield fit(measured, some, predict)
 
 
 def _nearest(

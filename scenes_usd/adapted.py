@@ -22,7 +22,7 @@ from notabug.scenes_usd.diagnostics import silenced
 from notabug.scenes_usd.errors import SceneError, SelectionError
 from notabug.scenes_usd.framing import LIT, direction
 from notabug.scenes_usd.layer_values import says_already, shown_value, typed
-from notabug.scenes_usd.lens import write_lens
+from notabug.scenes_usd.lens import define_camera, place
 from notabug.scenes_usd.opinion import BLOCKED, LEFT_OUT, Opinion
 from notabug.scenes_usd.reader import scene_id
 from notabug.scenes_usd.reader_camera import DEFAULT_SIZE, cameras
@@ -31,7 +31,6 @@ from notabug.scenes_usd.reader_inputs import PREVIEW
 from notabug.scenes_usd.reader_shading import GREY
 from notabug.scenes_usd.reader_stage import Survey, survey_layer, survey_stage
 from notabug.scenes_usd.reading import Remark, reading
-from notabug.scenes_usd.scene import Camera, Floats
 from notabug.scenes_usd.view import AS_IT_IS, DRAWN, View, prim_and_set
 
 Mends = Literal["picture", "scene"]
@@ -366,7 +365,7 @@ class _Layer:
         x /= np.linalg.norm(x)
         placed = np.eye(4)
         placed[:3, :3] = x, np.cross(towards, x), towards
-        _place(made, placed)
+        place(made, placed)
         self._say(path, "a distant light: the scene has none that is read")
 
     def place_camera(self, survey: Survey) -> None:
@@ -375,7 +374,7 @@ class _Layer:
             return
         camera = survey.scene.camera
         path = self._free("/notabug_camera")
-        _define(self._stage, path, camera)
+        define_camera(self._stage, path, camera)
         self._settings.CreateCameraRel().SetTargets([Sdf.Path(path)])
         self._say(path, "a camera that sees everything: the stage has none")
 
@@ -393,14 +392,3 @@ def _size_for(camera: Usd.Prim | None) -> tuple[int, int]:
         if across and down and across > 0.0 and down > 0.0:
             height = max(1, round(width * down / across))
     return width, height
-
-
-def _define(stage: Usd.Stage, path: str, camera: Camera) -> None:
-    made = UsdGeom.Camera.Define(stage, path)
-    made.CreateClippingRangeAttr(Gf.Vec2f(camera.near, camera.far))
-    write_lens(made, camera)
-    _place(made, camera.to_world)
-
-
-def _place(prim: UsdGeom.Xformable, matrix: Floats) -> None:
-    UsdGeom.Xformable(prim).AddTransformOp().Set(Gf.Matrix4d(*matrix.ravel().tolist()))

@@ -6,15 +6,15 @@ RGB with Rec. 709 primaries. All arrays are float64 and C-contiguous, and not to
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from notabug.scenes_usd.digest import fed
 from notabug.scenes_usd.once import once
 from notabug.scenes_usd.view import AS_IT_IS, View, as_text
 
@@ -390,31 +390,5 @@ class Scene:
 
 @once
 def _digest(scene: Scene) -> str:
-    state = hashlib.blake2b(digest_size=16)
-    for part in (scene.camera, scene.width, scene.height, scene.objects, scene.lights, scene.materials, scene.textures):
-        _feed(state, part)
-    _feed(state, scene.intent)
-    return state.hexdigest()
-
-
-def _feed(state: hashlib.blake2b, value: object) -> None:
-    """Add ``value`` to the hash ``state``: arrays by dtype, shape and bytes, dataclasses field by field."""
-    if isinstance(value, np.ndarray):
-        state.update(f"{value.dtype}{value.shape}".encode())
-        state.update(np.ascontiguousarray(value).tobytes())
-    elif isinstance(value, tuple):
-        state.update(f"({len(value)}".encode())
-        for each in value:
-            _feed(state, each)
-    elif is_dataclass(value):
-        state.update(type(value).__name__.encode())
-        for each in fields(value):
-            item = getattr(value, each.name)
-            if "left out" in each.metadata:  # what came later, where it is as it was before, so that digests stay
-                if each.metadata["left out"] == item:
-                    continue
-                state.update(each.name.encode())  # else two of them that change places would be taken for one another
-            if not isinstance(item, Path):
-                _feed(state, item)
-    else:
-        state.update(repr(value).encode())
+    parts = (scene.camera, scene.width, scene.height, scene.objects, scene.lights, scene.materials, scene.textures)
+    return fed((*parts, scene.intent))

@@ -25,7 +25,7 @@ ANY_IS_RIGHT = {
     "adapters/opengl_child.py": {"_egl"},  # settings that the stub of moderngl does not know
     "adapters/mitsuba_bsdf.py": {  # what drjit computes with has the types of the variant that is loaded
         *("whitted", "eval", "sample", "pdf", "eval_pdf", "eval_null_transmission", "eval_diffuse_reflectance"),
-        *("emitting", "_evaluated", "_sampled", "_preview", "_lobe", "lobe"),
+        *("emitting", "_opacity", "_evaluated", "_sampled", "_preview", "_lobe", "lobe"),
     },
     "adapters/browser_child.py": {"call", "_next", "run"},  # what a browser answers to a message
     "notabug/pytest_plugin.py": {"__init__"},  # words that pytest passes on to its own class

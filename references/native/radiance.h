@@ -50,4 +50,10 @@ inline std::uint64_t scattered(int k, int j) {
     return z ^ (z >> 31);
 }
 
+template <class T>
+inline std::uint64_t facet_code(const Vec3<T>& g) {
+    const auto part = [](T x) { return static_cast<std::uint64_t>(nearest(static_cast<double>(x) * 512)); };
+    return part(g.x) + 7 * part(g.y) + 49 * part(g.z);
+}
+
 }  // namespace notabug

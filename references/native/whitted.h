@@ -127,7 +127,7 @@ struct Whitted {
                 const bool behind = option.shadows == Shadows::planes && gl * s.side <= 0;
                 const bool dark = sight.unlit || behind || acne(k, ray, hit, at, steep);
                 Vec3<T> share{1, 1, 1};
-                [[maybe_unused]] T told = 1;
+                T told = 1;
                 if (dark) {
                     share = {0, 0, 0};
                 } else if (sized() && known >= 0) {
@@ -183,11 +183,10 @@ struct Whitted {
                     if (!sized() && here) lit.blocked |= std::uint64_t(1) << (k & 63);
                     return;
                 }
-                if (!sized() && mean(share) < 1 && here) {  // the border of a transparent shadow is an edge too
-                    const T steady = F::cutouts ? told : mean(share);
+                if constexpr (!F::cutouts) told = mean(share);
+                if (!sized() && mean(share) < 1 && here)  // the border of a transparent shadow is an edge too
                     lit.blocked += std::uint64_t(65536) * static_cast<std::uint64_t>(k + 1) *
-                                   static_cast<std::uint64_t>(nearest(static_cast<double>(steady) * 1000));
-                }
+                                   static_cast<std::uint64_t>(nearest(static_cast<double>(told) * 1000));
                 const bool mirrored = from.generation >= passages;
                 const Vec3<T> e = part * (static_cast<T>(0.3183098861837907) * (to.falloff * share));
                 // the fault of one view vector for all rays: the camera's
@@ -392,15 +391,9 @@ struct Whitted {
             }
             if constexpr (F::secondary) n = send(from, hit, s, start, scene.secondary[material], opaque, rays, n);
         }
-        std::int64_t rest = static_cast<std::int64_t>(dark) % dark_prime;
-        if (rest < 0) rest += dark_prime;
+        const std::int64_t rest = (static_cast<std::int64_t>(dark) % dark_prime + dark_prime) % dark_prime;
         made.id = static_cast<std::int64_t>((seen & seen_bits) | (static_cast<std::uint64_t>(rest) << 40));
         return made;
-    }
-
-    static std::uint64_t facet_code(const Vec3<T>& g) {
-        const auto part = [](T x) { return static_cast<std::uint64_t>(nearest(static_cast<double>(x) * 512)); };
-        return part(g.x) + 7 * part(g.y) + 49 * part(g.z);
     }
 };
 
