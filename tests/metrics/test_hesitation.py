@@ -43,7 +43,7 @@ def _envelope(width: float, value: float = 0.5) -> Envelope:
 
 def _judge(picture: Floats, envelope: Envelope, declaration: Declaration, scene: Scene | None = None) -> Verdict:
     with (
-        mock.patch("notabug.metrics.judge.predict", return_value=envelope),
+        mock.patch("notabug.metrics.expected.predict", return_value=envelope),
         mock.patch("notabug.metrics.predictions.predict_near", return_value=Near(envelope, "")),
         mock.patch("notabug.metrics.predictions.preview", return_value=envelope.point),
         mock.patch("notabug.metrics.predictions.preview_at", lambda _, chosen, at: envelope.point.reshape(-1, 3)[at]),

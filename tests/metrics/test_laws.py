@@ -73,7 +73,7 @@ def _smooth(seed: int, height: int, width: int) -> Floats:
 def _judge(pictures: list[Floats], truth: Floats | Envelope, declaration: Declaration, **options: Any) -> Verdict:
     envelope = truth if isinstance(truth, Envelope) else _envelope(truth)
     scene = _scene(*envelope.mean.shape[:2])
-    with mock.patch("notabug.metrics.judge.predict", return_value=envelope):
+    with mock.patch("notabug.metrics.expected.predict", return_value=envelope):
         return judge(pictures, scene, declaration, **{"perceive": False} | options).verdict
 
 
@@ -231,7 +231,7 @@ def test_a_limitation_is_named_through_noise_that_may_hide_a_bug() -> None:
         mock.patch("notabug.metrics.predictions.preview", lambda _, chosen=(): dark if chosen else truth),
         mock.patch("notabug.metrics.predictions.predict_near", return_value=Near(_envelope(dark), "")),
         mock.patch("notabug.metrics.predictions.preview_at", lambda _, chosen, at: dark.reshape(-1, 3)[at]),
-        mock.patch("notabug.metrics.judge.predict", side_effect=lambda _, chosen: _envelope(dark if chosen else truth)),
+        mock.patch("notabug.metrics.expected.predict", side_effect=lambda _, chosen: _envelope(dark if chosen else truth)),
     ):
         noisy = [_noise(rng, dark, 0.5, 0.0) for _ in range(4)]
         verdict = judge(noisy, _scene(64, 64), NOISY, perceive=False).verdict

@@ -72,7 +72,7 @@ def _judge(pictures: list[Floats], predictions: dict[str, Floats], kind: Any, ru
 
     with (
         mock.patch("notabug.metrics.judge.models", return_value=[model]),
-        mock.patch("notabug.metrics.judge.predict", side_effect=predicted),
+        mock.patch("notabug.metrics.expected.predict", side_effect=predicted),
         mock.patch("notabug.metrics.predictions.predict_near", lambda _, chosen, *__: Near(predicted(_, chosen), "")),
         mock.patch("notabug.metrics.predictions.preview", lambda _, chosen=(): predicted(_, chosen).point),
         mock.patch(
