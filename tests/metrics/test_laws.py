@@ -231,7 +231,9 @@ def test_a_limitation_is_named_through_noise_that_may_hide_a_bug() -> None:
         mock.patch("notabug.metrics.predictions.preview", lambda _, chosen=(): dark if chosen else truth),
         mock.patch("notabug.metrics.predictions.predict_near", return_value=Near(_envelope(dark), "")),
         mock.patch("notabug.metrics.predictions.preview_at", lambda _, chosen, at: dark.reshape(-1, 3)[at]),
-        mock.patch("notabug.metrics.expected.predict", side_effect=lambda _, chosen: _envelope(dark if chosen else truth)),
+        mock.patch(
+            "notabug.metrics.expected.predict", side_effect=lambda _, chosen: _envelope(dark if chosen else truth)
+        ),
     ):
         noisy = [_noise(rng, dark, 0.5, 0.0) for _ in range(4)]
         verdict = judge(noisy, _scene(64, 64), NOISY, perceive=False).verdict

@@ -293,6 +293,8 @@ def test_light_and_dark(tab: Any, run: Path) -> None:
 def test_light_text_stands_out_from_its_ground() -> None:
     """WCAG 2.2, 1.4.3: 4.5 to 1, in both places where the light colours stand."""
     style = (Path(__file__).parents[3] / "notabug/gallery/static/base.css").read_text()
+    style, printed = style.split("@media print")
+    assert "color-scheme: light" in printed, "in ink, whatever the screen has"
     blocks = re.findall(r"\{\s*(color-scheme: light;[^}]*)\}", style)
     assert len(blocks) == 2
     assert blocks[0].split() == blocks[1].split()
