@@ -20,9 +20,10 @@ from notabug.scenes_usd.scene import Scene
 
 CUTOUT = "texture_space/cutout"
 POINT = InHouse().declaration(Quality(samples=1))
+UNSAID = replace(POINT, opacity_filter="unknown")
 SIZE = 48
 BOTH = {"opacity_ignored", "opacity_inverted", "opacity_decoded", "opacity_encoded", "opacity_of_red",
-        "colour_times_alpha"}  # fmt: skip
+        "colour_times_alpha", "filtered_with_alpha"}  # fmt: skip
 FAULTS = {"cut": BOTH | {"opacity_threshold_ignored", "cutout_shadow_whole"}, "fade": BOTH}
 
 
@@ -34,8 +35,8 @@ def named(scene: Scene, name: str) -> list[Model]:
     return [each for each in opacity_map.models(scene) if each.name == name]
 
 
-def found(studio: Any, drawn: Any, scene: Scene) -> tuple[str, list[tuple[str, str]]]:
-    verdict = studio.verdict([drawn], scene, POINT)
+def found(studio: Any, drawn: Any, scene: Scene, declared: Any = UNSAID) -> tuple[str, list[tuple[str, str]]]:
+    verdict = studio.verdict([drawn], scene, declared)
     return verdict.word, [(each.kind, each.name) for each in verdict.findings]
 
 
@@ -51,17 +52,22 @@ def test_the_scene_shows_every_fault_that_it_can(studio: Any, alpha: str) -> Non
     "cut-opacity_of_red",
     "cut-opacity_threshold_ignored",
     "cut-cutout_shadow_whole",
+    "cut-filtered_with_alpha",
     "fade-colour_times_alpha",
     "fade-opacity_encoded",
     "fade-opacity_ignored",
     "fade-opacity_inverted",
 )
-@pytest.mark.parametrize(("alpha", "name"), [(alpha, name) for alpha in FAULTS for name in sorted(FAULTS[alpha])])
+@pytest.mark.parametrize(
+    ("alpha", "name"),
+    [(alpha, name) for alpha in FAULTS for name in sorted(FAULTS[alpha])],
+)
 def test_each_fault_is_a_bug_and_named(studio: Any, alpha: str, name: str) -> None:
     scene = scene_of(studio, alpha)
     for model in named(scene, name):
         wrong = trace_picture(*configured(scene, (model,)))
-        assert found(studio, wrong, scene) == ("bug", [("bug", name)]), model.claim
+        declared = POINT if name == "filtered_with_alpha" else UNSAID
+        assert found(studio, wrong, scene, declared) == ("bug", [("bug", name)]), model.claim
 
 
 @pytest.mark.parametrize("alpha", FAULTS)
@@ -70,8 +76,11 @@ def test_colour_and_alpha_filtered_together_are_a_convention(studio: Any, alpha:
     (model,) = named(scene, "associated_filter")
     drawn = trace_picture(*configured(scene, (model,)))
     assert np.abs(drawn - predict(scene).point).max() > 0.05, "no fringe"
-    assert found(studio, drawn, scene) == ("pass", [("convention", "associated_filter")])
-    assert found(studio, trace_picture(scene), scene) == ("pass", [])
+    together = replace(POINT, opacity_filter="together")
+    for declared in (UNSAID, together):
+        assert found(studio, drawn, scene, declared) == ("pass", [("convention", "associated_filter")])
+    for declared in (UNSAID, together, POINT):
+        assert found(studio, trace_picture(scene), scene, declared) == ("pass", [])
 
 
 @pytest.mark.sweep_except("repeated")
@@ -103,10 +112,12 @@ def test_what_the_scene_says_of_itself(studio: Any) -> None:
     """Clear texels have another colour than the leaf's, none is at the threshold, and light falls through the hole."""
     texels = picture().reshape(-1, 4)
     clear, leaf = texels[texels[:, 3] == 0], texels[texels[:, 3] == 255]
-    assert len(clear) > 20 and len(leaf) > 20
+    assert len(clear) > 20
+    assert len(leaf) > 20
     assert clear[:, 1].max() < leaf[:, 1].min()
     alphas = texels[:, 3] / 255
-    assert ((alphas > 0.0) & (alphas < float(THRESHOLD))).any() and ((alphas > float(THRESHOLD)) & (alphas < 1.0)).any()
+    assert ((alphas > 0.0) & (alphas < float(THRESHOLD))).any()
+    assert ((alphas > float(THRESHOLD)) & (alphas < 1.0)).any()
     assert np.abs(alphas - float(THRESHOLD)).min() > 0.01
     scene = scene_of(studio, "cut")
     right = predict(scene).point
