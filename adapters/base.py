@@ -77,6 +77,8 @@ class Declaration:
     glass_side : whether a ray enters glass or leaves it is taken from the side of the facet that it meets
         (``facet``) or counted along the ray.
     texture_filter : how a texture is read between its texels.
+    opacity_filter : a colour and the alpha of its picture are filtered each for itself (``separate``), or ``together``:
+        the colours as multiplied by their alpha.
     texture_border : where a texture repeats its last texels mix with its first (``wrapped``), or are ``clamped`` before
         they are filtered.
     texture_decoding : an sRGB texture is decoded ``before`` its texels are mixed, or ``after``.
@@ -148,6 +150,7 @@ class Declaration:
     total_reflection: Literal["transmission", "whole", "unknown"] = "unknown"
     glass_side: Literal["facet", "counted", "unknown"] = "unknown"
     texture_filter: Literal["bilinear", "nearest", "unknown"] = "unknown"
+    opacity_filter: Literal["separate", "together", "unknown"] = "unknown"
     texture_border: Literal["wrapped", "clamped", "unknown"] = "wrapped"
     texture_decoding: Literal["before", "after", "unknown"] = "before"
     texture_bits: int = 0

@@ -78,6 +78,7 @@ class Cycles:
             coincident="unknown",
             opacity_shadow="attenuate",
             texture_filter="bilinear",
+            opacity_filter="separate",
             masking="correlated",
             coordinates="float32",
         )

@@ -95,6 +95,7 @@ class InHouse:
             total_reflection="transmission",
             glass_side="facet",
             texture_filter="bilinear",
+            opacity_filter="separate",
             texture_border=self.texture_border,
             texture_decoding=self.texture_decoding,
             texture_bits=self.texture_bits,

@@ -106,6 +106,7 @@ class Mitsuba:
             total_reflection="transmission",
             glass_side="facet",
             texture_filter="bilinear",
+            opacity_filter="separate",
             masking="separable",
             bounces_count="reflections",
             crossings="once",

@@ -175,13 +175,20 @@ def scene_of(exhibit: Exhibit) -> Scene:
     return read_scene(exhibit.scene, *from_text(exhibit.variant))
 
 
+ALSO = {"texture_space": ("opacity_map",)}
+"""Files of models that a class has beside the one that bears its name."""
+
+
 def own_models(artifact_class: str, scene: Scene) -> list[Model]:
-    """The models of ``scene`` that belong to a class: those of the file that bears its name."""
-    try:
-        module = importlib.import_module(f"notabug.references.models.{artifact_class}")
-    except ModuleNotFoundError:
-        return []
-    return list(module.models(scene))
+    """The models of ``scene`` that belong to a class: those of the file that bears its name, and of those in ALSO."""
+    found: list[Model] = []
+    for name in (artifact_class, *ALSO.get(artifact_class, ())):
+        try:
+            module = importlib.import_module(f"notabug.references.models.{name}")
+        except ModuleNotFoundError:
+            continue
+        found += module.models(scene)
+    return found
 
 
 def _add_models(exhibit: Exhibit, store: Store, reference: Floats, found: set[str]) -> None:

@@ -91,13 +91,32 @@ def _colours(scene: Scene, mapped: list[Material]) -> Iterator[Model]:
         yield _fault("colour_times_alpha", claim, multiplied(times), _ALPHA)
     if len(painted) < sum(each.texture >= 0 for each in mapped):  # the switch is of every such surface
         return
+    yield from _together()
+
+
+def _together() -> Iterator[Model]:
+    """Colours that are filtered with their alpha: a choice, and a fault of who declares that they are not."""
+    claim = "colours are mixed as multiplied by their alpha: no colour of what is cut away bleeds into the border"
+    cites = f"{_ALPHA}; Forsyth 2006, Premultiplied alpha"
+    edit, options = multiplied(lambda colour, alpha: colour * alpha), {"associated": True}
     yield Model(
         name="associated_filter",
         kind="convention",
-        claim="colours are mixed as multiplied by their alpha: no colour of what is cut away bleeds into the border",
-        cites=f"{_ALPHA}; Forsyth 2006, Premultiplied alpha",
-        edit=multiplied(lambda colour, alpha: colour * alpha),
-        options={"associated": True},
+        claim=claim,
+        cites=cites,
+        edit=edit,
+        options=options,
+        when=("opacity_filter", "together"),
+    )
+    yield Model(
+        name="filtered_with_alpha",
+        kind="fault",
+        claim=f"{claim}, although it is declared that each is filtered apart",
+        cites=cites,
+        edit=edit,
+        options=options,
+        when=("opacity_filter", "separate"),
+        strict=True,
     )
 
 

@@ -44,12 +44,16 @@ def looked_up(material: str, node: str) -> str:
     return f"float2 inputs:st.connect = </Scene/Materials/{material}/{node}.outputs:result>"
 
 
-def painted(name: str, *lines: str, file: str = PICTURE) -> str:
+def painted(name: str, *lines: str, file: str = PICTURE, alpha: bool = False) -> str:
     """A Lambertian whose albedo is the texture ``file``; ``lines`` are further properties of the texture.
+
+    With ``alpha`` the file's alpha is the surface's opacity.
 
     What a variant says of the texture must not be among them: what a layer says itself is stronger.
     """
     path = f"/Scene/Materials/{name}"
+    opacity = f"    float inputs:opacity.connect = <{path}/Texture.outputs:a>\n" if alpha else ""
+    output = "    float outputs:a\n" if alpha else ""
     return block(
         f'def Material "{name}"',
         f"token outputs:surface.connect = <{path}/Surface.outputs:surface>",
@@ -57,6 +61,7 @@ def painted(name: str, *lines: str, file: str = PICTURE) -> str:
         '    uniform token info:id = "UsdPreviewSurface"\n'
         f"    color3f inputs:diffuseColor.connect = <{path}/Texture.outputs:rgb>\n"
         "    float inputs:metallic = 0\n"
+        f"{opacity}"
         "    color3f inputs:specularColor = (0, 0, 0)\n"
         "    int inputs:useSpecularWorkflow = 1\n"
         "    token outputs:surface\n"
@@ -64,6 +69,7 @@ def painted(name: str, *lines: str, file: str = PICTURE) -> str:
         'def Shader "Texture"\n{\n'
         '    uniform token info:id = "UsdUVTexture"\n'
         f"    asset inputs:file = @./{file}@\n"
+        f"{output}"
         "    float3 outputs:rgb\n"
         f"{indent(chr(10).join(lines))}\n"
         "}",

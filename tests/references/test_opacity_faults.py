@@ -23,7 +23,7 @@ from notabug.scenes_usd.srgb import decode_srgb, encode_srgb
 OPACITY = {"opacity_ignored", "opacity_inverted"}
 GREY = {"opacity_decoded", "opacity_encoded"}
 CUT = {"opacity_threshold_ignored", "cutout_shadow_whole"}
-PAINTED = {"opacity_of_red", "colour_times_alpha"}
+PAINTED = {"opacity_of_red", "colour_times_alpha", "filtered_with_alpha"}
 ALL = OPACITY | GREY | CUT | PAINTED | {"opacity_threshold_strict"}
 
 
@@ -86,7 +86,8 @@ def test_who_filters_colour_and_alpha_together_has_a_convention_of_its_own() -> 
     assert not [each for each in models(read_scene("preview/opacity_map")) if each.name == "associated_filter"]
     picture = trace_picture(*configured(scene, (model,)))
     assert np.abs(picture - predict(scene).point).max() > 0.02
-    verdict = judge([picture], scene, InHouse().declaration(Quality(samples=1)), perceive=False).verdict
+    declaration = replace(InHouse().declaration(Quality(samples=1)), opacity_filter="unknown")
+    verdict = judge([picture], scene, declaration, perceive=False).verdict
     assert verdict.word == "pass"
     assert [(each.kind, each.name) for each in verdict.findings] == [("convention", "associated_filter")]
 

@@ -178,6 +178,13 @@ FAULTS = (
     Fault("negative_uv", "texture"),
     Fault("border_filter_lost", "texture"),
     Fault("seam_welded", "texture"),
+    # opacity from a map
+    Fault("opacity_decoded", "cutouts"),
+    Fault("opacity_encoded", "cutouts"),
+    Fault("opacity_of_red", "cutouts"),
+    Fault("colour_times_alpha", "cutouts"),
+    Fault("opacity_threshold_ignored", "cutouts"),
+    Fault("cutout_shadow_whole", "cutouts"),
     # camera
     Fault("field_of_view", "camera", (1.002, 1.01, 1.1)),
     Fault("field_of_view_axis", "camera", stage="wide"),

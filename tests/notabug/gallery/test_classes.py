@@ -30,5 +30,13 @@ def test_every_class_lists_models_of_its_own() -> None:
     assert not lacking
 
 
+def test_a_cutout_shows_the_filter_of_colour_and_alpha() -> None:
+    names = {each.name for each in own_models("texture_space", read_scene("texture_space/cutout", {"alpha": "cut"}))}
+    assert {"associated_filter", "texel_weights"} <= names
+    assert "associated_filter" not in {
+        each.name for each in own_models("texture_space", read_scene("texture_space/seam", {"columns": "9"}))
+    }
+
+
 def test_every_rule_has_a_formula() -> None:
     assert set(RULES) == set(get_args(Rule))
