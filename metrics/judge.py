@@ -16,7 +16,7 @@ from notabug.metrics.admissible import Admissible, residual
 from notabug.metrics.causes import gain_message
 from notabug.metrics.channels import largest, pixels, put
 from notabug.metrics.expected import expected
-from notabug.metrics.explain import Explanation, beside_faults, explain, few_wrong
+from notabug.metrics.explain import Explanation, beside_faults, explain, few_wrong, fit
 from notabug.metrics.global_fit import untold_gain
 from notabug.metrics.hesitation import hesitation
 from notabug.metrics.image_checks import box, invalid
@@ -25,6 +25,7 @@ from notabug.metrics.names import UNNAMED, Name
 from notabug.metrics.naming import Others, name_bug, possible
 from notabug.metrics.noise import Measured, in_tiles
 from notabug.metrics.policy import POLICY
+from notabug.metrics.predictions import Predictions
 from notabug.metrics.second_look import doubtful, shared_out
 from notabug.metrics.sets import admitted, stated_conventions
 from notabug.metrics.telling import doing
@@ -83,6 +84,8 @@ def judge(
     stated = stated_conventions(open_to, declaration)
     doing("looks for legitimate limitations that explain the picture")
     found = explain(measured, open_to, predicted, predicted.preview, predicted.closely, stated)
+    if found.triggers and few_wrong(found):
+        predicted, found = _looked_closer(measured, found, predicted)
     doubted = np.zeros(reference.edge.shape, np.bool_) if found.triggers else doubtful(measured, found, scene)
     if doubted.any():
         predicted = predicted.finely(doubted)
@@ -128,6 +131,19 @@ def judge(
         np.zeros(measured.mean.shape[:2]),
     )
     return _perceived(judgement, found, reference, perceive)
+
+
+def _looked_closer(measured: Measured, found: Explanation, predicted: Predictions) -> tuple[Predictions, Explanation]:
+    """What explains a picture of which little is wrong, where the prediction itself was what is wrong there.
+
+    It is made as exact as references are at these pixels, and asked without models, then with those of ``found``.
+    """
+    closer = predicted.finely(found.significance.pixels)
+    for some in dict.fromkeys(((), found.models)):
+        again = fit(measured, some, closer)
+        if not again.triggers:
+            return closer, replace(again, before=found.before)
+    return predicted, found
 
 
 def _refused(wrong: Finding, pictures: Sequence[Floats], reference: Admissible) -> Judgement:

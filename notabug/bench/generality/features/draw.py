@@ -96,8 +96,8 @@ def _camera(rng: np.random.Generator, what: Features, corners: Floats, azimuth: 
     away = fitting_distance(corners, middle, axes, tan_x, tan_y, float(rng.uniform(0.7, 1.0)))
     aperture = APERTURE
     lines = [f"float focalLength = {number(APERTURE / (2 * tan_x))}"]
-    if what.projection == "orthographic":  # its apertures are tenths of the stage's unit
-        aperture = 10.0 * 2.0 * tan_x * away * (100.0 if what.stage == "centimetres" else 1.0)
+    if what.projection == "orthographic":  # its apertures are tenths of the unit that the camera is placed in
+        aperture = 10.0 * 2.0 * tan_x * away
         lines = ['token projection = "orthographic"']
     if what.projection == "offset":
         offsets = [aperture * float(rng.uniform(-0.1, 0.1)) for _ in range(2)]
