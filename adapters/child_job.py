@@ -31,7 +31,7 @@ from notabug.adapters.job_types import (
 )
 from notabug.adapters.kept import KeptChild, kept_child
 from notabug.adapters.process import Ended, failure, made_picture, run_child
-from notabug.adapters.textures import plain_wraps
+from notabug.adapters.textures import clear, plain_wraps
 from notabug.scenes_usd.emitters import side
 from notabug.scenes_usd.picture import write_exr
 from notabug.scenes_usd.scene import Camera, Floats, Light, Material, Object, Scene, Sphere
@@ -163,9 +163,7 @@ def _material(material: Material) -> MaterialSaid:
     said = {name: getattr(material, name) for name in _MATERIAL}
     if material.preview is not None:
         said["preview"] = asdict(material.preview)
-    if material.opacity_map >= 0:
-        said |= {"opacity_map": material.opacity_map, "least_opacity": material.least_opacity}
-    return cast(MaterialSaid, said)
+    return cast(MaterialSaid, said | clear(material))
 
 
 def _beside_the_axis(camera: Camera) -> CameraBeside:

@@ -46,7 +46,6 @@ import numpy.typing as npt
 from notabug.adapters.base import Quality, UnsupportedError
 from notabug.adapters.job_types import (
     Arrays,
-    Clear,
     MitsubaCamera,
     MitsubaJob,
     MitsubaLook,
@@ -57,7 +56,7 @@ from notabug.adapters.job_types import (
 )
 from notabug.adapters.mitsuba_lights import check_lights, with_size
 from notabug.adapters.spheres import centre_and_radius
-from notabug.adapters.textures import Grown, check_alone, grow, is_plain, plain_wraps, shown_uv
+from notabug.adapters.textures import Grown, check_alone, clear, grow, is_plain, plain_wraps, shown_uv
 from notabug.scenes_usd.scene import Camera, Light, Material, Preview, Scene, Sphere, Texture
 from notabug.scenes_usd.triangulate import triangulate
 
@@ -156,11 +155,8 @@ def _check_map(material: Material, *, mask: bool) -> None:
 def _look(material: Material, follows: bool) -> MitsubaLook:
     """A material as the child gets it; ``scripted`` where it takes the BSDF of ``mitsuba_bsdf.py``."""
     preview = material.preview
-    clear: Clear = {}
-    if material.opacity_map >= 0:
-        clear = {"opacity_map": material.opacity_map, "least_opacity": material.least_opacity}
     return {
-        **clear,
+        **clear(material),
         "scripted": follows or any(material.specular) or (preview is not None and not _is_metal(preview)),
         "preview": None if preview is None else cast(MitsubaPreview, asdict(preview)),
         "diffuse": list(material.diffuse),

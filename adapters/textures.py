@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from notabug.adapters.base import UnsupportedError
+from notabug.adapters.job_types import Clear
 from notabug.scenes_usd.scene import Floats, Material, Mesh, Scene, Texture, Wrap
 
 MAX_TEXELS = 8192  # the longest side of a texture once its border is repeated
@@ -180,3 +181,10 @@ def _indices(size: int, at: Floats, wrap: str, texture: Texture) -> tuple[npt.ND
             do="bring the uv closer to 0..1",
         )
     return np.clip(np.arange(-before, size + after), 0, size - 1), before, after
+
+
+def clear(material: Material) -> Clear:
+    """What a job says of the map of opacity of ``material``, if it has one."""
+    if material.opacity_map < 0:
+        return {}
+    return {"opacity_map": material.opacity_map, "least_opacity": material.least_opacity}
